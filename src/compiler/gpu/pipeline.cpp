@@ -79,11 +79,10 @@ public:
         optimizer_.emplace(unit_, *machine_, level);
     }
 
-    // The programs, cut at their traces. Returns the feedback.
-    const std::string& begin() {
+    GpuCode run() {
         programs_.declare();
         unit_.translateQueue();
-        header_ = headerOfText();
+        const GpuHeader header = headerOfText();
         optimizer_->dump("translated");
         verify(unit_, "translation");
         optimizer_->promote();
@@ -107,10 +106,6 @@ public:
         optimizer_->dump("cut");
         verify(unit_, "cutting");
         times_.step("cut");
-        return code_.feedback;
-    }
-
-    GpuCode finish() {
         kernel_.make();
         linkGpuRuntime(unit_.module(), *machine_, request_.runtime, request_.constants);
         defineDispatchers(unit_.module(), request_.groups, programs_.functions(), kernel_.cuts());
@@ -126,7 +121,7 @@ public:
         optimizer_->dump("optimized");
         refuseUnresolved(unit_.module());
         times_.step("optimize");
-        code_.ptx = withHeader(emitGpuText(unit_.module(), *machine_), header_);
+        code_.ptx = withHeader(emitGpuText(unit_.module(), *machine_), header);
         times_.step("generate");
         const GpuCalls calls(unit_.module(), code_.ptx);
         code_.stack = calls.stack();
@@ -175,20 +170,13 @@ private:
     GpuPrograms programs_;
     LaunchKernel kernel_;
     std::optional<Optimizer> optimizer_;
-    GpuHeader header_;
     GpuCode code_;
 };
 
 } // namespace
 
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request) {
-    GpuBuild build(request);
-    build.begin();
-    return build.finish();
-}
-
-std::string checkGpuPipeline(const GpuPipelineRequest& request) {
-    return GpuBuild(request).begin();
+    return GpuBuild(request).run();
 }
 
 void measureGpuStack(GpuCode& code, std::string_view log) {

@@ -70,10 +70,6 @@ constexpr const char* kGpuKernel = "sunstone_launch";
 // Throws like compilePipeline; kNotSupported for features that the run-time for GPUs lacks.
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
 
-// Translates the programs only, in about a tenth of the time: throws what is wrong with them, and
-// returns GpuCode::feedback. What they need of the run-time is not checked.
-std::string checkGpuPipeline(const GpuPipelineRequest& request);
-
 // A digest of all inputs of the code.
 std::string keyOf(const GpuPipelineRequest& request);
 // The same for a kernel of the library, which has a unique name.

@@ -86,7 +86,7 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     }
     const bool debugging = pipeline.rules.exceptionFlags & devlib::kFlagDebug;
     const std::shared_ptr<const GpuCodeObject> kept =
-        codeOf(pipeline).get(request.limits.maxGraphDepth);
+        codeOf(pipeline).get(depthOfGraphs(request.limits));
     const GpuCodeObject& code = *kept;
     GpuLaunchSlots::Lease slot(slots_, context, stream, variable, request.validation);
     slot->findings = code.findings;

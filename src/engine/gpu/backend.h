@@ -20,6 +20,8 @@
 
 namespace sunstone::engine {
 
+struct PipelineLimits;
+
 class GpuBackend final : public Backend {
 public:
     explicit GpuBackend(CUcontext context);
@@ -76,7 +78,7 @@ private:
     compiler::GpuTarget target();
     static GpuPipelineCode& codeOf(const Pipeline& pipeline);
     struct CodePlan;
-    bool isKept(const CodePlan& plan, devlib::GraphKind graph);
+    static unsigned depthOfGraphs(const PipelineLimits& limits);
     std::shared_ptr<GpuCodeObject> makeCode(const CodePlan& plan, devlib::GraphKind graph);
     void makeRoom(GpuCodeObject& code, const CodePlan& plan, const compiler::GpuStack& stack);
     void setStackUse(GpuCodeObject& code);

@@ -91,7 +91,7 @@ LoadedGpuCode::~LoadedGpuCode() {
 
 namespace {
 
-constexpr unsigned kShallowDepth = 2, kAnyDepth = devlib::kMaxGraphDepth;
+constexpr unsigned kShallowDepth = 2;
 
 devlib::GraphKind graphKindOf(unsigned flags, unsigned depth) {
     if (flags == devlib::kAllowSingleGas)
@@ -103,23 +103,17 @@ devlib::GraphKind graphKindOf(unsigned flags, unsigned depth) {
 
 } // namespace
 
-bool GpuPipelineCode::isByDepth() const {
-    return graphKindOf(flags_, kShallowDepth) != graphKindOf(flags_, kAnyDepth);
-}
-
 std::shared_ptr<GpuCodeObject> GpuPipelineCode::get(unsigned depth) {
     const devlib::GraphKind kind = graphKindOf(flags_, depth);
     std::lock_guard lock(mutex_);
     const std::shared_ptr<GpuCodeObject>& any = codes_[devlib::kGraphAny];
-    if (any && any->hasState) // other code would have variables of its own
+    if (any && any->hasState) // other code has variables of its own
         return any;
-    if (!codes_[kind])
+    if (!codes_[kind] && !any)
         codes_[kind] = make_(kind);
-    if (kind == devlib::kGraphShallow && codes_[kind]->hasState) {
-        codes_[devlib::kGraphAny] = make_(devlib::kGraphAny);
-        return any;
-    }
-    return codes_[kind];
+    if (kind == devlib::kGraphShallow && codes_[kind] && codes_[kind]->hasState)
+        return codes_[devlib::kGraphAny] = make_(devlib::kGraphAny);
+    return codes_[kind] ? codes_[kind] : any;
 }
 
 GpuCodeObject::~GpuCodeObject() {

@@ -74,9 +74,8 @@ public:
     // flags: OptixTraversableGraphFlags.
     GpuPipelineCode(Make make, unsigned flags) : make_(std::move(make)), flags_(flags) {}
 
-    // Whether the depth counts.
-    bool isByDepth() const;
-    // The code for graphs of this depth, made if there is none. Throws what `make` throws.
+    // The code for graphs of this depth, or for any, made if there is none. Throws what `make`
+    // throws.
     std::shared_ptr<GpuCodeObject> get(unsigned depth);
 
 private:

@@ -183,6 +183,15 @@ GpuPipelineCode& GpuBackend::codeOf(const Pipeline& pipeline) {
     return static_cast<GpuPipelineCode&>(*pipeline.deviceCode);
 }
 
+// The depth that is declared; until then, that of the graphs which can exist now. Code for two
+// levels takes half the time to make and less to run. A launch makes other code, and waits for the
+// GPU, only if deep graphs come after the pipeline and it never declares them.
+unsigned GpuBackend::depthOfGraphs(const PipelineLimits& limits) {
+    if (limits.maxGraphDepth != devlib::kMaxGraphDepth || gpuGraphsMayBeDeep())
+        return limits.maxGraphDepth;
+    return 2;
+}
+
 // How much of the stack a launch index may use before it counts as an overflow.
 void GpuBackend::setStackUse(GpuCodeObject& code) {
     size_t limit = 0;
@@ -193,7 +202,7 @@ void GpuBackend::setStackUse(GpuCodeObject& code) {
 // The sizes can only enlarge the stack beyond the programs' known need.
 void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     const PipelineLimits set = pipeline.limits.get();
-    GpuCodeObject& code = *codeOf(pipeline).get(set.maxGraphDepth);
+    GpuCodeObject& code = *codeOf(pipeline).get(depthOfGraphs(set));
     const size_t asked = size_t(set.directStackFromTraversal) + set.directStackFromState +
                          set.continuationStack + code.reservedStack;
     ContextScope scope(device_.context());
@@ -345,16 +354,6 @@ compiler::GpuPipelineRequest GpuBackend::CodePlan::requestFor(devlib::GraphKind 
     return made;
 }
 
-bool GpuBackend::isKept(const CodePlan& plan, devlib::GraphKind graph) {
-    if (!plan.cache)
-        return false;
-    const std::string key = compiler::keyOf(plan.requestFor(graph));
-    return loaded_.find(key).loaded || plan.cache->has(key);
-}
-
-// Where the code depends on the depth of graphs, which the application declares next or never, it
-// is made then, or at the first launch: code for any depth takes up to twice as long to make and
-// 1.1 to 1.3 times as long to run.
 void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     CodePlan plan;
     compiler::GpuPipelineRequest& request = plan.request;
@@ -396,12 +395,8 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         [this, plan](devlib::GraphKind graph) { return makeCode(plan, graph); },
         pipeline.rules.traversableGraphFlags);
     pipeline.deviceCode = code;
-    const bool isOpen = !isClassic && code->isByDepth();
-    const bool isShallowKept = isOpen && isKept(plan, devlib::kGraphShallow);
-    if (isOpen && !isShallowKept && !isKept(plan, devlib::kGraphAny))
-        pipeline.feedback = compiler::checkGpuPipeline(plan.requestFor(devlib::kGraphShallow));
-    else
-        pipeline.feedback = code->get(isShallowKept ? 2 : limits.maxGraphDepth)->feedback;
+    pipeline.feedback =
+        code->get(isClassic ? limits.maxGraphDepth : depthOfGraphs(limits))->feedback;
 }
 
 } // namespace sunstone::engine

@@ -54,6 +54,8 @@ void GpuHandleTable::note(uint64_t handle) {
         known->second.allocation = allocation;
         return set(known->second, true);
     }
+    instanceStructures_ += devlib::tagOf(handle) == devlib::kTagIas;
+    isDeep_ |= !isStructure(handle);
     if (2 * (order_.size() + 1) > slots.size())
         lay();
     order_.push_back(handle);
@@ -79,6 +81,18 @@ uint64_t GpuHandleTable::usual(uint64_t handle) {
                 return each;
         }
     return 0;
+}
+
+bool GpuHandleTable::mayBeDeep() {
+    if (isDeep_ || instanceStructures_ < 2)
+        return isDeep_;
+    size_t present = 0;
+    for (auto& [handle, entry] : entries_)
+        if (devlib::tagOf(handle) == devlib::kTagIas) {
+            look(entry);
+            present += entry.isThere;
+        }
+    return isDeep_ = present >= 2;
 }
 
 void GpuHandleTable::tidy() {

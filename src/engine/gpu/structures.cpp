@@ -22,6 +22,12 @@ void noteGpuHandle(uint64_t handle) {
     std::erase_if(them.all, [](GpuKnownHandles* each) { return !each->tryRefresh(); });
 }
 
+bool gpuGraphsMayBeDeep() {
+    GpuHandleTable& all = gpuProcess().handles;
+    std::lock_guard lock(all.mutex);
+    return all.mayBeDeep();
+}
+
 GpuKnownHandles::~GpuKnownHandles() {
     {
         GpuTableFollowers& them = gpuProcess().followers;

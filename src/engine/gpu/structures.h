@@ -17,6 +17,9 @@ namespace sunstone::engine {
 // handle.
 void noteGpuHandle(uint64_t handle);
 
+// GpuHandleTable::mayBeDeep() for all handles of the process.
+bool gpuGraphsMayBeDeep();
+
 // The table of known handles in the memory of a CUDA context. Any thread may call; the context is
 // current, and idle when the table dies.
 class GpuKnownHandles {
