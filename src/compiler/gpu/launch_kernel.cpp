@@ -224,7 +224,7 @@ void LaunchKernel::foldStates() {
         const StateUses::Arrays arrays = states();
         if (arrays.empty() || !foldRayStates(arrays))
             return;
-        simplifyForGpu(*arrays.front()->getFunction(), machine_);
+        simplifyForGpu(*arrays.front()->getFunction(), machine_, effort());
     }
 }
 

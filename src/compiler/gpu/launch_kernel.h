@@ -2,6 +2,7 @@
 // The kernel of a GPU pipeline: which of the run-time's three it is, what it cuts, its memory.
 #pragma once
 
+#include "compiler/gpu/machine.h"
 #include "compiler/gpu/programs.h"
 #include "compiler/gpu/ray_states.h"
 #include "compiler/gpu/resumable.h"
@@ -30,6 +31,7 @@ public:
     // Makes the kernel the only visible function of the linked module.
     void hideOthers();
     // After optimisation: folds the states of rays in the kernel's memory into registers.
+    GpuEffort effort() const { return walksInStep() ? GpuEffort::kMuch : GpuEffort::kLittle; }
     void foldStates();
     // Gives the states their final layout and place. Returns the bytes of memory that a warp
     // claims for those that are not in local memory (devlib/gpu/lane_memory.h), or 0.

@@ -71,21 +71,23 @@ struct Pipeline {
 // Programs come from an optimising compiler, the run-time is optimised when it is built, and the
 // driver's compiler optimises again. O3 takes up to 1.9 times as long to make a pipeline, and its
 // frames are no faster: 33 programs take 1.006 times as long, one 1.11
-// (docs/notes/programs-gpu.md).
-const llvm::OptimizationLevel& effort() {
-    return llvm::OptimizationLevel::O1;
+// (docs/notes/programs-gpu.md). Kernels whose blocks walk in step have O3: with O1 one of them
+// ended with an illegal instruction.
+const llvm::OptimizationLevel& levelOf(GpuEffort effort) {
+    return effort == GpuEffort::kMuch ? llvm::OptimizationLevel::O3 : llvm::OptimizationLevel::O1;
 }
 
 } // namespace
 
-void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine) {
+void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, GpuEffort effort) {
     Pipeline pipeline(machine);
-    pipeline.builder.buildPerModuleDefaultPipeline(effort()).run(module, pipeline.modules);
+    pipeline.builder.buildPerModuleDefaultPipeline(levelOf(effort)).run(module, pipeline.modules);
 }
 
-void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine) {
+void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine, GpuEffort effort) {
     Pipeline pipeline(machine);
-    pipeline.builder.buildFunctionSimplificationPipeline(effort(), llvm::ThinOrFullLTOPhase::None)
+    pipeline.builder
+        .buildFunctionSimplificationPipeline(levelOf(effort), llvm::ThinOrFullLTOPhase::None)
         .run(function, pipeline.functions);
 }
 

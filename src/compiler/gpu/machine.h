@@ -11,10 +11,12 @@ namespace sunstone::compiler {
 
 std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target);
 
+enum class GpuEffort { kLittle, kMuch };
+
 // Optimises the whole module, in which only the kernel is visible.
-void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine);
+void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, GpuEffort effort);
 // Optimises a function again after a change.
-void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine);
+void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine, GpuEffort effort);
 
 std::string emitGpuText(llvm::Module& module, llvm::TargetMachine& machine);
 

@@ -114,7 +114,7 @@ public:
         optimizer_->dump("linked");
         verify(unit_, "linking");
         times_.step("link");
-        optimizeForGpu(unit_.module(), *machine_);
+        optimizeForGpu(unit_.module(), *machine_, kernel_.effort());
         kernel_.foldStates();
         code_.laneMemoryBytes = kernel_.placeStates();
         kernel_.defineConstants();
