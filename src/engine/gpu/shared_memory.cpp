@@ -2,6 +2,10 @@
 // See shared_memory.h.
 #include "engine/gpu/shared_memory.h"
 
+#include "base/error.h"
+
+#include <unistd.h>
+
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -22,8 +26,19 @@ GpuSharedMemory::~GpuSharedMemory() {
     }
 }
 
+// The driver grants more than host and GPU have together, and writing there kills the process.
+void GpuSharedMemory::requireRoom(size_t bytes) {
+    size_t free = 0, onGpu = 0;
+    SUNSTONE_CU(memGetInfo, &free, &onGpu);
+    const size_t onHost = size_t(sysconf(_SC_PHYS_PAGES)) * size_t(sysconf(_SC_PAGESIZE));
+    if (bytes > onHost + onGpu)
+        fail(Code::kOutOfMemory, bytes, " bytes that host and GPU share are more than the ", onHost,
+             " bytes of the host and the ", onGpu, " of the GPU");
+}
+
 void* GpuSharedMemory::fromDriver(size_t bytes) {
     ContextScope scope(context_);
+    requireRoom(bytes);
     CUdeviceptr memory = 0;
     SUNSTONE_CU(memAllocManaged, &memory, bytes, CU_MEM_ATTACH_GLOBAL);
     return reinterpret_cast<void*>(memory);

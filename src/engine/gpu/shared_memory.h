@@ -25,6 +25,7 @@ public:
 
 private:
     static constexpr size_t kLeast = 128, kLargestSmall = 64 << 10, kSlab = 2 << 20;
+    static void requireRoom(size_t bytes);
     void* fromDriver(size_t bytes);
     void* small(size_t bytes);
 
