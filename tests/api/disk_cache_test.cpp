@@ -72,7 +72,7 @@ protected:
     // Creates a pipeline of one program that stores `number`, launches it and checks the number.
     void compile(unsigned number, bool motion = false) {
         log_.clear();
-        OptixPipelineCompileOptions options = oneStructureOptions();
+        OptixPipelineCompileOptions options = compileOptions();
         options.usesMotionBlur = motion;
         Rig rig(context_, log_,
                 ptxModule(".const .align 8 .b8 params[8];\n.visible .entry __raygen__a() {\n"
@@ -138,7 +138,7 @@ TEST_F(DiskCacheApi, ModulesAreKnownAgain) {
 TEST_F(DiskCacheApi, KnownModulesSayTheSame) {
     const auto create = [&](const std::string& body, std::string& text) {
         const std::string ptx = ptxModule(body);
-        const OptixPipelineCompileOptions options = oneStructureOptions();
+        const OptixPipelineCompileOptions options = compileOptions();
         const OptixModuleCompileOptions moduleOptions{};
         char log[2000] = "";
         size_t size = sizeof log;
@@ -175,7 +175,7 @@ TEST_F(DiskCacheApi, ModulesOfOnePipelineMustAgreeThoughTheyAreKnown) {
                          program + "() { ret; }\n");
     };
     const auto link = [&](const char* function) {
-        const OptixPipelineCompileOptions options = oneStructureOptions();
+        const OptixPipelineCompileOptions options = compileOptions();
         const OptixModuleCompileOptions moduleOptions{};
         OptixModule modules[2] = {};
         OptixProgramGroup groups[2] = {};
@@ -488,7 +488,7 @@ TEST_F(DiskCacheApi, ThreadsWithContextsOfTheirOwn) {
             for (unsigned i = 0; i < 6; ++i) {
                 const std::string name = "__raygen__" + std::to_string((i + t) % 6);
                 Rig rig(context, log, ptxModule(".visible .entry " + name + "() { ret; }\n"),
-                        oneStructureOptions());
+                        compileOptions());
                 rig.raygen(name.c_str());
                 rig.link();
                 if (i == 3) {

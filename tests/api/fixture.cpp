@@ -122,12 +122,6 @@ OptixPipelineCompileOptions compileOptions(int payload) {
     return options;
 }
 
-OptixPipelineCompileOptions oneStructureOptions(int payload) {
-    OptixPipelineCompileOptions options = compileOptions(payload);
-    options.traversableGraphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS;
-    return options;
-}
-
 std::string ptxModule(std::string_view body) {
     return ".version 6.5\n.target sm_60\n.address_size 64\n" + std::string(body);
 }

@@ -114,8 +114,6 @@ std::vector<void*> garbageHandles();
 
 // Options that fit most tests: any graph, `payload` words, "params" as launch parameters.
 OptixPipelineCompileOptions compileOptions(int payload = 0);
-// For a single structure: the code of pipelines does not wait for the depth of graphs.
-OptixPipelineCompileOptions oneStructureOptions(int payload = 0);
 
 // PTX text: `body` after the three lines that every module begins with.
 std::string ptxModule(std::string_view body);

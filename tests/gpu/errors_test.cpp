@@ -289,7 +289,7 @@ TEST_F(DriverErrors, InstructionsThatOnlyTheDriverKnows) {
         ".reg .pred %p;\n@%p frobnicate.sync.b32 {%r1, %r2}, [place], 7;\n"
         "frobnicate.sync.b32 {%r1, %r2}, [place], 8;\nadd.f32x2.oddly %r1, %r2, %r2;\nret; }\n");
     const OptixModuleCompileOptions moduleOptions{};
-    const OptixPipelineCompileOptions options = oneStructureOptions();
+    const OptixPipelineCompileOptions options = compileOptions(0);
     const auto create = [&] {
         OptixModule module = nullptr;
         const OptixResult result = optixModuleCreateFromPTX(

@@ -3,9 +3,9 @@
 // GPUs have few units for doubles. Double appears only in the reduction of angles beyond 131,072.
 //
 // Method: argument reduction with a constant in two or three parts and fma, then a polynomial whose
-// coefficients minimise the largest relative error (Remez exchange). tests/cuda/apps/mathematics.cu
-// holds each function to its bound in units of the last place:
-//   log2, sinpi, cospi 1; sin, cos, exp, exp2, exp10, log, log10, asin, acos, atan, tanh, hypot 2;
+// coefficients minimise the largest relative error (Remez exchange). Bounds in units of the last
+// place, to which tests/cuda/apps/float_mathematics.cu holds them:
+//   log, log2, sinpi, cospi 1; sin, cos, exp, exp2, exp10, log10, asin, acos, atan, tanh, hypot 2;
 //   atan2, sinh, cosh 3; tan, pow 4; fmod is exact
 #ifndef SUNSTONE_FLOAT_KERNELS_H
 #define SUNSTONE_FLOAT_KERNELS_H
@@ -117,7 +117,7 @@ SUNSTONE_MATH void sinCosPi(float x, float* s, float* c) {
     const float y = absolute(x) < 0x1p24f ? x : 0.0f * x; // large floats are even
     const float n = __builtin_rintf(2 * y);
     const float r = __builtin_fmaf(-0.5f, n, y); // exact
-    const int q = int(__builtin_fmaf(-4.0f, __builtin_floorf(0.25f * n), n));
+    const int q = __float2int_rn(__builtin_fmaf(-4.0f, __builtin_floorf(0.25f * n), n));
     const float sine = quadrantSinePi(r, q), cosine = quadrantSinePi(r, q + 1);
     *s = sine == 0 ? withSign(0.0f, x) : sine;
     *c = cosine == 0 ? 0.0f : cosine;
@@ -136,7 +136,8 @@ SUNSTONE_DEVICE float smallExpMinus1(float t) {
     p = __builtin_fmaf(p, t, 0.5f);
     return __builtin_fmaf(p, t * t, t);
 }
-// e^t * 2^n, -300 < n < 250: in two steps, as 2^n may be out of range.
+// e^t * 2^n, -300 < n < 250: in two steps, as 2^n may be out of range. Callers convert with
+// __float2int_rn(), which unlike a cast is defined for NaN.
 SUNSTONE_DEVICE float expTimesPower(float t, int n) {
     const int half = n >> 1;
     return (smallExpMinus1(t) + 1.0f) * powerOfTwo(half) * powerOfTwo(n - half);
@@ -151,21 +152,22 @@ SUNSTONE_DEVICE float exponentialTimes(float x, int shift) {
     const float y = clampExponent(x, -106.0f, 91.0f);
     const float n = __builtin_rintf(y * 0x1.715476p+0f);
     const float t = __builtin_fmaf(n, 0x1.05c61p-29f, __builtin_fmaf(n, -0x1.62e43p-1f, y));
-    return expTimesPower(t, int(n) + shift);
+    return expTimesPower(t, __float2int_rn(n) + shift);
 }
 SUNSTONE_MATH float exponential(float x) {
     return exponentialTimes(x, 0);
 }
 SUNSTONE_MATH float exponential2(float x) {
     const float y = clampExponent(x, -152.0f, 130.0f), n = __builtin_rintf(y);
-    return expTimesPower((y - n) * 0x1.62e43p-1f, int(n));
+    return expTimesPower((y - n) * 0x1.62e43p-1f, __float2int_rn(n));
 }
 SUNSTONE_MATH float exponential10(float x) {
     const float y = clampExponent(x, -47.0f, 40.0f);
     const float n = __builtin_rintf(y * 0x1.a934fp+1f);
     const float t = __builtin_fmaf(n, 0x1.ec10cp-27f, __builtin_fmaf(n, -0x1.344136p-2f, y));
     // t * ln 10, with the rounding error of the constant.
-    return expTimesPower(__builtin_fmaf(t, 0x1.26bb1cp+1f, t * -0x1.12aabap-25f), int(n));
+    return expTimesPower(__builtin_fmaf(t, 0x1.26bb1cp+1f, t * -0x1.12aabap-25f),
+                         __float2int_rn(n));
 }
 
 // x = (1 + f) * 2^e with 1 + f between sqrt(1/2) and sqrt(2), for positive finite x.
@@ -250,7 +252,7 @@ SUNSTONE_DEVICE float positivePower(float x, float y) {
     const float rest = __builtin_fmaf(logLow, by, __builtin_fmaf(log, by, -product));
     const float limited = clampExponent(product, -160.0f, 140.0f), n = __builtin_rintf(limited);
     const float fraction = limited == product ? (product - n) + rest : 0.0f;
-    return expTimesPower(fraction * 0x1.62e43p-1f, int(n));
+    return expTimesPower(fraction * 0x1.62e43p-1f, __float2int_rn(n));
 }
 SUNSTONE_MATH float power(float x, float y) {
     if (x == 1 || y == 0)

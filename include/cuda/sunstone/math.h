@@ -99,26 +99,20 @@ SUNSTONE_DEVICE void sincospi(double x, double* s, double* c) { sunstone_math::s
 SUNSTONE_DEVICE void sincospif(float x, float* s, float* c) {
     sunstone_math::sinCosPi(x, s, c);
 }
-SUNSTONE_DEVICE double sinpi(double x) {
-    double s, c;
-    sunstone_math::sinCosPi(x, &s, &c);
-    return s;
-}
-SUNSTONE_DEVICE double cospi(double x) {
-    double s, c;
-    sunstone_math::sinCosPi(x, &s, &c);
-    return c;
-}
-SUNSTONE_DEVICE float sinpif(float x) {
-    float s, c;
-    sunstone_math::sinCosPi(x, &s, &c);
-    return s;
-}
-SUNSTONE_DEVICE float cospif(float x) {
-    float s, c;
-    sunstone_math::sinCosPi(x, &s, &c);
-    return c;
-}
+#define SUNSTONE_OF_PI(T, sine, cosine)                                                            \
+    SUNSTONE_DEVICE T sine(T x) {                                                                  \
+        T s, c;                                                                                    \
+        sunstone_math::sinCosPi(x, &s, &c);                                                        \
+        return s;                                                                                  \
+    }                                                                                              \
+    SUNSTONE_DEVICE T cosine(T x) {                                                                \
+        T s, c;                                                                                    \
+        sunstone_math::sinCosPi(x, &s, &c);                                                        \
+        return c;                                                                                  \
+    }
+SUNSTONE_OF_PI(double, sinpi, cospi)
+SUNSTONE_OF_PI(float, sinpif, cospif)
+#undef SUNSTONE_OF_PI
 SUNSTONE_DEVICE float normcdff(float x) {
     return (float)(0.5 * sunstone_math::errorFunctionComplement(-0.70710678118654752440 * x));
 }

@@ -11,6 +11,7 @@ namespace sunstone::compiler {
 
 std::unique_ptr<llvm::TargetMachine> createGpuMachine(const GpuTarget& target);
 
+// LLVM's O1 or O3.
 enum class GpuEffort { kLittle, kMuch };
 
 // Optimises the whole module, in which only the kernel is visible.

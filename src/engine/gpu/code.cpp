@@ -91,14 +91,12 @@ LoadedGpuCode::~LoadedGpuCode() {
 
 namespace {
 
-constexpr unsigned kShallowDepth = 2;
-
 devlib::GraphKind graphKindOf(unsigned flags, unsigned depth) {
     if (flags == devlib::kAllowSingleGas)
         return devlib::kGraphGas;
     if (flags & devlib::kAllowSingleLevelInstancing)
         return devlib::kGraphSingleLevel;
-    return depth <= kShallowDepth ? devlib::kGraphShallow : devlib::kGraphAny;
+    return depth <= GpuPipelineCode::kShallowDepth ? devlib::kGraphShallow : devlib::kGraphAny;
 }
 
 } // namespace
@@ -107,12 +105,10 @@ std::shared_ptr<GpuCodeObject> GpuPipelineCode::get(unsigned depth) {
     const devlib::GraphKind kind = graphKindOf(flags_, depth);
     std::lock_guard lock(mutex_);
     const std::shared_ptr<GpuCodeObject>& any = codes_[devlib::kGraphAny];
-    if (any && any->hasState) // other code has variables of its own
-        return any;
     if (!codes_[kind] && !any)
         codes_[kind] = make_(kind);
-    if (kind == devlib::kGraphShallow && codes_[kind] && codes_[kind]->hasState)
-        return codes_[devlib::kGraphAny] = make_(devlib::kGraphAny);
+    if (!codes_[kind] && !any)
+        codes_[devlib::kGraphAny] = make_(devlib::kGraphAny);
     return codes_[kind] ? codes_[kind] : any;
 }
 

@@ -57,8 +57,7 @@ public:
     size_t reservedStack = 0;           // of it, for functions that do not check
     devlib::LaneMemory laneMemory = {}; // that its warps claim, if they do
     std::atomic<size_t> stackBytes = 0;
-    std::string feedback;  // what the compiler has to say
-    bool hasState = false; // the programs have variables in global memory
+    std::string feedback; // what the compiler has to say
     const std::shared_ptr<LaunchFindings> findings = std::make_shared<LaunchFindings>();
 
 private:
@@ -70,7 +69,10 @@ private:
 // thread may call.
 class GpuPipelineCode final : public DeviceCode {
 public:
+    // Makes code; null where programs have variables, of which code for other graphs would have
+    // its own. Never null for kGraphAny.
     using Make = std::function<std::shared_ptr<GpuCodeObject>(devlib::GraphKind)>;
+    static constexpr unsigned kShallowDepth = 2; // of devlib::kGraphShallow
     // flags: OptixTraversableGraphFlags.
     GpuPipelineCode(Make make, unsigned flags) : make_(std::move(make)), flags_(flags) {}
 

@@ -78,6 +78,13 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
     to.callables[1] = describe(from.programs[devlib::kRoleContinuation]);
 }
 
+constexpr const char* kGraphConstant = "sunstone_gpu_graph";
+uint32_t constantOf(const compiler::GpuPipelineRequest& request, std::string_view name) {
+    const auto found =
+        std::ranges::find(request.constants, name, [](const auto& each) { return each.first; });
+    return found == request.constants.end() ? 0 : found->second;
+}
+
 // Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
 // where there are no instances, from 96 to 80 up to 6 % where there is one level of them
 // (docs/notes/instances-gpu.md). Three kinds of kernels want more: where nodes have two motion keys
@@ -85,21 +92,15 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
 // Kernels that take turns are 6 % faster with 128 than with 96 if their graphs are deep, and with
 // 80 than with 72 if they meet custom primitives, curves or spheres (docs/notes/programs-gpu.md).
 constexpr unsigned kMostRegisters = 128;
-constexpr const char* kGraphConstant = "sunstone_gpu_graph";
 unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurns) {
     const compiler::PipelineRules& rules = request.pipeline.rules;
     constexpr unsigned kStill[] = {72, 80, 80, 80}, kTurns[] = {72, 80, 128, 80},
                        kMoving[] = {96, 128, 128, 128}; // by GraphKind
-    const auto constant = [&](std::string_view name) {
-        const auto found =
-            std::ranges::find(request.constants, name, [](const auto& each) { return each.first; });
-        return found == request.constants.end() ? 0 : found->second;
-    };
     const unsigned most = (rules.motionBlur ? kMoving
                            : takesTurns     ? kTurns
-                                            : kStill)[constant(kGraphConstant)];
-    const bool onlyTriangles =
-        !constant("sunstone_gpu_hasIntersection") && !constant("sunstone_gpu_shapes");
+                                            : kStill)[constantOf(request, kGraphConstant)];
+    const bool onlyTriangles = !constantOf(request, "sunstone_gpu_hasIntersection") &&
+                               !constantOf(request, "sunstone_gpu_shapes");
     return takesTurns && !onlyTriangles ? std::max(most, 80u) : most;
 }
 
@@ -189,7 +190,7 @@ GpuPipelineCode& GpuBackend::codeOf(const Pipeline& pipeline) {
 unsigned GpuBackend::depthOfGraphs(const PipelineLimits& limits) {
     if (limits.maxGraphDepth != devlib::kMaxGraphDepth || gpuGraphsMayBeDeep())
         return limits.maxGraphDepth;
-    return 2;
+    return GpuPipelineCode::kShallowDepth;
 }
 
 // How much of the stack a launch index may use before it counts as an overflow.
@@ -214,7 +215,8 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     setStackUse(code);
 }
 
-// Without a store no code is kept here either: with the cache off, code must be compiled.
+// Without a store no code is kept here either: with the cache off, code must be compiled. `loaded`
+// is null where GpuPipelineCode::Make returns null.
 LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest& request,
                                              compiler::ObjectStore* store) {
     LoadedGpuCodes::Entry entry;
@@ -243,6 +245,11 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
         }
     if (!isKept)
         code = compiler::compileGpuPipeline(request);
+    if (code.hasState && constantOf(request, kGraphConstant) == devlib::kGraphShallow) {
+        if (store && !isKept)
+            compiler::keepGpuPipeline(entry.key, code, *store);
+        return entry;
+    }
     if (!entry.loaded) {
         const unsigned registers = registersOf(request, code.takesTurns);
         if (auto made = machineCodeOf(code, request, registers)) {
@@ -332,10 +339,11 @@ void GpuBackend::makeRoom(GpuCodeObject& code, const CodePlan& plan,
 std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, devlib::GraphKind graph) {
     ContextScope scope(device_.context());
     const LoadedGpuCodes::Entry entry = obtainCode(plan.requestFor(graph), plan.cache);
+    if (!entry.loaded)
+        return nullptr;
     const compiler::GpuCode& code = *entry.code;
     auto loaded = std::make_shared<GpuCodeObject>(device_.context(), entry.loaded);
     loaded->feedback = code.feedback;
-    loaded->hasState = code.hasState;
     loaded->firstGroup = plan.firstGroup;
     loaded->blockThreads =
         code.walksInStep ? devlib::kGpuStepBlockThreads : devlib::kGpuBlockThreads;

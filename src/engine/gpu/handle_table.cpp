@@ -43,6 +43,10 @@ bool mayBeBack(uint64_t handle) {
 
 void GpuHandleTable::note(uint64_t handle) {
     const uint64_t allocation = allocationOf(handle); // throws before anything has changed
+    isDeep_ |= !isStructure(handle);
+    if (!isDeep_ && devlib::tagOf(handle) == devlib::kTagIas &&
+        std::ranges::find(instanceStructures_, handle) == instanceStructures_.end())
+        instanceStructures_.push_back(handle);
     if (isStructure(handle)) { // the memory held one of the other kind before
         const auto other = entries_.find(handle ^ devlib::kTagGas ^ devlib::kTagIas);
         if (other != entries_.end())
@@ -54,8 +58,6 @@ void GpuHandleTable::note(uint64_t handle) {
         known->second.allocation = allocation;
         return set(known->second, true);
     }
-    instanceStructures_ += devlib::tagOf(handle) == devlib::kTagIas;
-    isDeep_ |= !isStructure(handle);
     if (2 * (order_.size() + 1) > slots.size())
         lay();
     order_.push_back(handle);
@@ -84,15 +86,16 @@ uint64_t GpuHandleTable::usual(uint64_t handle) {
 }
 
 bool GpuHandleTable::mayBeDeep() {
-    if (isDeep_ || instanceStructures_ < 2)
+    if (isDeep_ || instanceStructures_.size() < 2)
         return isDeep_;
-    size_t present = 0;
-    for (auto& [handle, entry] : entries_)
-        if (devlib::tagOf(handle) == devlib::kTagIas) {
-            look(entry);
-            present += entry.isThere;
-        }
-    return isDeep_ = present >= 2;
+    std::erase_if(instanceStructures_, [this](uint64_t handle) {
+        const auto found = entries_.find(handle);
+        if (found == entries_.end())
+            return true;
+        look(found->second);
+        return !found->second.isThere;
+    });
+    return isDeep_ = instanceStructures_.size() >= 2;
 }
 
 void GpuHandleTable::tidy() {

@@ -21,8 +21,8 @@ public:
     void look(size_t count);
     // The one of `handle` and the newest structure's that is valid, or 0.
     uint64_t usual(uint64_t handle);
-    // Whether a graph may have more than two traversables on a path: there are transforms, or two
-    // instance structures at a time have been seen.
+    // Whether a path may have more than two traversables: transforms exist, or two instance
+    // structures. Once true, it stays true.
     bool mayBeDeep();
     // There is a table, and it is shorter to write it than all that has changed.
     void tidy();
@@ -49,7 +49,8 @@ private:
     std::vector<uint64_t> order_;
     size_t next_ = 0;
     uint64_t newest_ = 0;
-    size_t instanceStructures_ = 0; // noted, also those that are gone
+    // Handles of instance structures; at most one after mayBeDeep() has returned false.
+    std::vector<uint64_t> instanceStructures_;
     bool isDeep_ = false;
 };
 

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the back end for GPUs knows of its memory, on the CPU device: the structures that exist, and
+// how much host and GPU can share.
+#include "base/error.h"
+#include "bvh/gpu/testing/device.h"
+#include "devlib/graph.h"
+#include "engine/gpu/handle_table.h"
+#include "engine/gpu/shared_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+
+namespace sunstone::engine {
+namespace {
+
+using bvh::gpu::testing::Buffer;
+using bvh::gpu::testing::Device;
+
+// Before the first use: the back end's table of the driver is that of the CPU device.
+[[maybe_unused]] const int kBackEnd = setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
+
+class GpuHandles : public testing::Test {
+protected:
+    static void SetUpTestSuite() { Device::get(); }
+    std::unique_ptr<Buffer> note(devlib::HandleTag tag) {
+        auto memory = std::make_unique<Buffer>(256);
+        table_.note(devlib::makeHandle(memory->data(), tag));
+        return memory;
+    }
+    GpuHandleTable table_;
+};
+
+TEST_F(GpuHandles, TwoInstanceStructuresMayBeOneGraph) {
+    const auto mesh = note(devlib::kTagGas), other = note(devlib::kTagGas);
+    auto first = note(devlib::kTagIas);
+    table_.note(devlib::makeHandle(first->data(), devlib::kTagIas));
+    EXPECT_FALSE(table_.mayBeDeep()) << "one, built twice";
+    first.reset();
+    auto second = note(devlib::kTagIas);
+    EXPECT_FALSE(table_.mayBeDeep()) << "the memory of the first is freed";
+    auto third = note(devlib::kTagIas);
+    EXPECT_TRUE(table_.mayBeDeep());
+    third.reset();
+    EXPECT_TRUE(table_.mayBeDeep()) << "programs may have been made for it";
+}
+
+TEST_F(GpuHandles, TransformsMayBeAboveAnything) {
+    const auto instances = note(devlib::kTagIas);
+    EXPECT_FALSE(table_.mayBeDeep());
+    const auto transform = note(devlib::kTagStatic);
+    EXPECT_TRUE(table_.mayBeDeep());
+}
+
+TEST(GpuSharedMemory, MoreThanHostAndGpuHaveIsRefusedWithoutTheDriver) {
+    Device::get();
+    CUcontext context = nullptr;
+    ASSERT_EQ(device::cuda::driver().ctxGetCurrent(&context), CUDA_SUCCESS);
+    GpuSharedMemory memory(context);
+    static bool isAsked;
+    isAsked = false;
+    auto& driver = device::cuda::driverForTests();
+    const auto original = driver.memAllocManaged;
+    driver.memAllocManaged = [](CUdeviceptr* address, size_t, unsigned) {
+        isAsked = true;
+        *address = 0;
+        return CUDA_ERROR_OUT_OF_MEMORY;
+    };
+    Code code = Code::kOk;
+    try {
+        memory.allocate(size_t(1) << 50);
+    } catch (const Error& error) {
+        code = error.code();
+    }
+    driver.memAllocManaged = original;
+    EXPECT_EQ(code, Code::kOutOfMemory);
+    EXPECT_FALSE(isAsked) << "drivers grant it";
+    void* const piece = memory.allocate(1 << 20);
+    EXPECT_NE(piece, nullptr) << "nothing is lost";
+    memory.free(piece);
+}
+
+} // namespace
+} // namespace sunstone::engine
