@@ -45,6 +45,7 @@ SUNSTONE_INLINE uint32_t degreeOf(CurveBasis basis) {
 // Segment and place on it in one word. Place 1 is the whole, 2 and 3 its halves, 4 to 7 its
 // quarters, 8 to 15 its eighths.
 constexpr uint32_t kPieceBits = 4;
+constexpr uint32_t kMaxPieces = 1u << (kPieceBits - 1);
 constexpr uint32_t kMaxCurveSegments = 1u << (32 - kPieceBits);
 SUNSTONE_INLINE uint32_t pieceWord(uint32_t segment, uint32_t place) {
     return segment << kPieceBits | place;
@@ -85,16 +86,20 @@ SUNSTONE_INLINE uint32_t curvePointFloats(CurveBasis basis, uint32_t keys) {
 }
 
 // Rows of weights of the power basis coefficients by control point, for any basis (unused: 0).
-SUNSTONE_INLINE const float (&powerWeights(CurveBasis basis))[4][4] {
-    static constexpr float kLinear[4][4] = {{1, 0, 0, 0}, {-1, 1, 0, 0}};
-    static constexpr float kQuadratic[4][4] = {
-        {0.5f, 0.5f, 0, 0}, {-1, 1, 0, 0}, {0.5f, -1, 0.5f, 0}};
-    static constexpr float kCubic[4][4] = {{1.0f / 6, 4.0f / 6, 1.0f / 6, 0},
-                                           {-0.5f, 0, 0.5f, 0},
-                                           {0.5f, -1, 0.5f, 0},
-                                           {-1.0f / 6, 0.5f, -0.5f, 1.0f / 6}};
-    static constexpr float kCatmull[4][4] = {
-        {0, 1, 0, 0}, {-0.5f, 0, 0.5f, 0}, {1, -2.5f, 2, -0.5f}, {-0.5f, 1.5f, -1.5f, 0.5f}};
+template <class Real>
+SUNSTONE_INLINE const Real (&powerWeights(CurveBasis basis))[4][4] {
+    constexpr Real kHalf = Real(0.5), kSixth = Real(1) / 6;
+    static constexpr Real kLinear[4][4] = {{1, 0, 0, 0}, {-1, 1, 0, 0}};
+    static constexpr Real kQuadratic[4][4] = {
+        {kHalf, kHalf, 0, 0}, {-1, 1, 0, 0}, {kHalf, -1, kHalf, 0}};
+    static constexpr Real kCubic[4][4] = {{kSixth, Real(4) / 6, kSixth, 0},
+                                          {-kHalf, 0, kHalf, 0},
+                                          {kHalf, -1, kHalf, 0},
+                                          {-kSixth, kHalf, -kHalf, kSixth}};
+    static constexpr Real kCatmull[4][4] = {{0, 1, 0, 0},
+                                            {-kHalf, 0, kHalf, 0},
+                                            {1, Real(-2.5), 2, -kHalf},
+                                            {-kHalf, Real(1.5), Real(-1.5), kHalf}};
     switch (basis) {
     case CurveBasis::kLinear:
         return kLinear;

@@ -46,7 +46,7 @@ struct CurveLanes {
     V4 power[4];
 
     SUNSTONE_INLINE_MEMBER CurveLanes(const RaySpace& s, const float* points, CurveBasis basis) {
-        const auto& weights = powerWeights(basis);
+        const auto& weights = powerWeights<float>(basis);
         const uint32_t degree = degreeOf(basis);
         V4 p[4];
         for (uint32_t i = 0; i < 4; ++i)

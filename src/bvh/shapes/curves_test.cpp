@@ -2,9 +2,12 @@
 // Round curves: the kernels of all instruction sets against the judge of testing/curves.h, on random,
 // bent and degenerate segments and rays from everywhere.
 #include "bvh/layout.h"
+#include "bvh/shapes/shape_geometry.h"
 #include "bvh/testing/curves.h"
 
+#include <cmath>
 #include <gtest/gtest.h>
+#include <random>
 
 namespace sunstone::bvh {
 namespace {
@@ -303,6 +306,34 @@ TEST(Curves, AwkwardSegments) {
             EXPECT_LE(tally.wrong * 300, tally.clear)
                 << "basis " << unsigned(basis) << " kind " << kind << ", seed " << seed;
         }
+}
+
+// The test that is skipped where bounds of the derivatives decide, at all sizes.
+TEST(Curves, SurelyStraightPiecesTurnLittle) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> unit(-1, 1);
+    uint32_t numStraight = 0, numTurning = 0;
+    for (uint32_t i = 0; i < 200000; ++i) {
+        const float size = std::exp2(90 * unit(random)), waves = std::exp2(6 * unit(random) - 4);
+        float points[16];
+        for (int k = 0; k < 4; ++k) {
+            points[4 * k] = size * (float(k) + waves * unit(random));
+            for (int a = 1; a < 3; ++a)
+                points[4 * k + a] = size * waves * unit(random);
+            points[4 * k + 3] = size * waves * unit(random);
+        }
+        for (const CurveBasis basis : kBases) {
+            const ShapePoints shape(uint32_t(basis), points);
+            const shape_math::Cubic piece = shape.piece(pieceWord(0, 1 + i % 7));
+            const bool isStraight = isSurelyStraight(piece), turns = turnsMuch(piece);
+            EXPECT_FALSE(isStraight && turns) << i;
+            numStraight += isStraight;
+            numTurning += turns;
+        }
+    }
+    EXPECT_LT(100000u, numStraight);
+    EXPECT_LT(100000u, numTurning);
+    EXPECT_LT(700000u, numStraight + numTurning) << "the bounds decide most pieces";
 }
 
 } // namespace

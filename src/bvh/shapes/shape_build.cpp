@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 namespace sunstone::bvh {
@@ -229,26 +230,28 @@ public:
     Splitter(const ShapeStore& store, uint32_t limit, bool always)
         : store_(store), limit_(limit), always_(always) {}
 
-    // Number of pieces, a power of two.
-    uint32_t pieces(uint32_t number) const {
+    // Number of pieces, a power of two. `boxes`, at the first key, has the box of the whole and
+    // receives those of the pieces.
+    uint32_t pieces(uint32_t number, const ShapePoints& at, PieceBoxes& boxes) const {
+        if (!always_)
+            return worthwhilePieces(at, most(number), boxes);
+        if (most(number) > 1)
+            boxesOfPieces(at, most(number), boxes);
+        return most(number);
+    }
+    uint32_t most(uint32_t number) const {
         const uint32_t flags = store_.records[number].sbt >> kGeometryFlagShift;
-        if (limit_ == 1 || (flags & kGeometryRequireSingleAnyHit))
-            return 1;
-        return always_ ? limit_ : worthwhilePieces(pointsOf(number), limit_);
+        return isCurveBasis(store_.shape) && !(flags & kGeometryRequireSingleAnyHit) ? limit_ : 1;
     }
 
-    bool bends(uint32_t number, uint32_t pieces) const {
+    bool bends(const ShapePoints& at, uint32_t pieces) const {
         // Between keys a curve may take any form.
         if (store_.keys > 1)
             return isCurveBasis(store_.shape);
-        return anyBends(pointsOf(number), pieces);
+        return anyBends(at, pieces);
     }
 
 private:
-    ShapePoints pointsOf(uint32_t number) const {
-        return {store_.shape, store_.pointsOf(number, 0)};
-    }
-
     const ShapeStore& store_;
     uint32_t limit_;
     bool always_;
@@ -260,57 +263,77 @@ void markBends(const ShapeStore& store, uint32_t count, uint32_t limit) {
     auto body = [&](size_t begin, size_t end, size_t) {
         for (size_t i = begin; i < end; ++i)
             if (const uint32_t number = uint32_t(i);
-                store.active(number) && splitter.bends(number, splitter.pieces(number)))
+                store.active(number) &&
+                splitter.bends({store.shape, store.pointsOf(number, 0)}, splitter.most(number)))
                 store.records[number].flags |= kCurveBent;
     };
     if (isCurveBasis(store.shape))
         parallelBlocks(count, kReferenceBlock, body);
 }
 
-// Bounds at each key and over all, and the number of active primitives, into the header.
-void measure(uint8_t* block, const ShapeStore& store) {
-    BlockHeader& header = *reinterpret_cast<BlockHeader*>(block);
-    const uint32_t count = header.numPrimitives, keys = store.keys;
-    const size_t blocks = (count + kReferenceBlock - 1) / kReferenceBlock;
-    std::vector<Box> parts(blocks * keys);
-    std::vector<uint32_t> active(blocks);
-    auto body = [&](size_t begin, size_t end, size_t part) {
-        for (size_t i = begin; i < end; ++i) {
-            const uint32_t number = uint32_t(i);
-            if (!store.active(number))
+// Bounds at each key and over all, and the number of active primitives. Blocks of primitives are
+// measured side by side.
+class Measure {
+public:
+    Measure(uint32_t numPrimitives, uint32_t keys)
+        : keys_(keys), blocks_((numPrimitives + kReferenceBlock - 1) / kReferenceBlock),
+          boxes_(blocks_ * keys), active_(blocks_) {}
+
+    // An active primitive at its first key.
+    void begin(size_t block, const PieceBoxes& whole) {
+        ++active_[block];
+        add(block, 0, whole);
+    }
+    void add(size_t block, uint32_t key, const PieceBoxes& whole) {
+        const auto& [lower, upper] = whole.of[0];
+        boxes_[block * keys_ + key].extend(
+            {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}});
+    }
+
+    void store(uint8_t* block) const {
+        BlockHeader& header = *reinterpret_cast<BlockHeader*>(block);
+        Box all;
+        for (uint32_t key = 0; key < keys_; ++key) {
+            Box box;
+            for (size_t part = 0; part < blocks_; ++part)
+                box.extend(boxes_[part * keys_ + key]);
+            all.extend(box);
+            if (!header.keyBoundsOffset)
                 continue;
-            ++active[part];
-            for (uint32_t key = 0; key < keys; ++key) {
-                float lower[3], upper[3];
-                shapeBox({store.shape, store.pointsOf(number, key)}, pieceWord(number, 1), lower,
-                         upper);
-                parts[part * keys + key].extend(
-                    {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}});
-            }
+            auto* bounds = reinterpret_cast<KeyBounds*>(block + header.keyBoundsOffset) + key;
+            store(box, bounds->lower, bounds->upper);
         }
+        header.numActive = std::accumulate(active_.begin(), active_.end(), 0u);
+        store(all, header.lower, header.upper);
+    }
+
+private:
+    static void store(const Box& box, float lower[3], float upper[3]) {
+        for (int a = 0; a < 3; ++a) {
+            lower[a] = box.lower[a];
+            upper[a] = box.upper[a];
+        }
+    }
+
+    uint32_t keys_;
+    size_t blocks_;
+    std::vector<Box> boxes_;
+    std::vector<uint32_t> active_;
+};
+
+void measure(uint8_t* block, const ShapeStore& store) {
+    const uint32_t count = reinterpret_cast<BlockHeader*>(block)->numPrimitives;
+    Measure found(count, store.keys);
+    auto body = [&](size_t begin, size_t end, size_t part) {
+        for (size_t i = begin; i < end; ++i)
+            for (uint32_t key = 0; key < store.keys && store.active(uint32_t(i)); ++key) {
+                PieceBoxes whole;
+                boxesOfPieces({store.shape, store.pointsOf(uint32_t(i), key)}, 1, whole);
+                key == 0 ? found.begin(part, whole) : found.add(part, key, whole);
+            }
     };
     parallelBlocks(count, kReferenceBlock, body);
-    Box all;
-    header.numActive = 0;
-    for (uint32_t key = 0; key < keys; ++key) {
-        Box box;
-        for (size_t part = 0; part < blocks; ++part)
-            box.extend(parts[part * keys + key]);
-        all.extend(box);
-        if (header.keyBoundsOffset) {
-            auto* bounds = reinterpret_cast<KeyBounds*>(block + header.keyBoundsOffset) + key;
-            for (int a = 0; a < 3; ++a) {
-                bounds->lower[a] = box.lower[a];
-                bounds->upper[a] = box.upper[a];
-            }
-        }
-    }
-    for (uint32_t number : active)
-        header.numActive += number;
-    for (int a = 0; a < 3; ++a) {
-        header.lower[a] = all.lower[a];
-        header.upper[a] = all.upper[a];
-    }
+    found.store(block);
 }
 
 class ShapeBuild {
@@ -329,7 +352,6 @@ public:
         describeInputs();
         const ShapeStore store(block_);
         store.read(inputs_);
-        measure(block_, store);
         const uint32_t count = makeReferences(store);
         if (count > 0)
             makeTree(store, count);
@@ -382,28 +404,21 @@ private:
     // inactive ones then have a box of no meaning, which Fit replaces.
     uint32_t makeReferences(const ShapeStore& store) {
         const Splitter splitter(store, plan_.pieces, options_.allowUpdate);
-        const bool curves = isCurveBasis(plan_.shape);
         const uint32_t count = plan_.numPrimitives;
         std::vector<uint32_t> made((count + kReferenceBlock - 1) / kReferenceBlock);
+        Measure found(count, plan_.keys);
         auto body = [&](size_t begin, size_t end, size_t block) {
-            PrimitiveRef* to = references_ + begin * plan_.pieces;
-            PrimitiveRef* const first = to;
-            for (size_t i = begin; i < end; ++i) {
-                const uint32_t number = uint32_t(i);
-                const bool active = store.active(number);
-                if (!active && !options_.allowUpdate)
-                    continue;
-                const uint32_t pieces =
-                    curves && (active || options_.allowUpdate) ? splitter.pieces(number) : 1;
-                if (active && curves && splitter.bends(number, pieces))
-                    store.records[number].flags |= kCurveBent;
-                for (uint32_t place = pieces; place < 2 * pieces; ++place)
-                    fillReference(store, curves ? pieceWord(number, place) : number, number, active,
-                                  *to++);
-            }
+            PrimitiveRef* const first = references_ + begin * plan_.pieces;
+            PrimitiveRef* to = first;
+            for (size_t i = begin; i < end; ++i)
+                if (store.active(uint32_t(i)))
+                    to = referTo(store, uint32_t(i), splitter, found, block, to);
+                else if (options_.allowUpdate)
+                    to = referToInactive(uint32_t(i), splitter.most(uint32_t(i)), to);
             made[block] = uint32_t(to - first);
         };
         parallelBlocks(count, kReferenceBlock, body);
+        found.store(block_);
         uint32_t written = 0;
         for (size_t block = 0; block < made.size(); ++block) {
             const PrimitiveRef* from = references_ + block * kReferenceBlock * plan_.pieces;
@@ -414,23 +429,53 @@ private:
         return written;
     }
 
-    void fillReference(const ShapeStore& store, uint32_t word, uint32_t number, bool active,
-                       PrimitiveRef& to) const {
-        float upper[3] = {};
-        to = {};
-        to.primitive = word;
-        Box box;
-        for (uint32_t key = 0; active && key < plan_.keys; ++key) {
-            shapeBox({store.shape, store.pointsOf(number, key)}, word, to.lower, upper);
-            box.extend({{to.lower[0], to.lower[1], to.lower[2]}, {upper[0], upper[1], upper[2]}});
+    uint32_t wordOf(uint32_t number, uint32_t place) const {
+        return isCurveBasis(plan_.shape) ? pieceWord(number, place) : number;
+    }
+
+    // References to the pieces of an active primitive; returns their end.
+    PrimitiveRef* referTo(const ShapeStore& store, uint32_t number, const Splitter& splitter,
+                          Measure& found, size_t block, PrimitiveRef* to) const {
+        const ShapePoints at(store.shape, store.pointsOf(number, 0));
+        PieceBoxes boxes;
+        boxesOfPieces(at, 1, boxes);
+        found.begin(block, boxes);
+        const uint32_t pieces = splitter.pieces(number, at, boxes);
+        if (splitter.bends(at, pieces))
+            store.records[number].flags |= kCurveBent;
+        for (uint32_t key = 1; key < plan_.keys; ++key) {
+            const ShapePoints then(store.shape, store.pointsOf(number, key));
+            PieceBoxes later;
+            boxesOfPieces(then, 1, later);
+            found.add(block, key, later);
+            if (pieces > 1)
+                boxesOfPieces(then, pieces, later);
+            for (uint32_t i = 0; i < pieces; ++i)
+                for (int a = 0; a < 3; ++a) {
+                    auto& [lower, upper] = boxes.of[i];
+                    lower[a] = std::min(lower[a], later.of[i].lower[a]);
+                    upper[a] = std::max(upper[a], later.of[i].upper[a]);
+                }
         }
-        for (int a = 0; a < 3 && active; ++a) {
-            to.lower[a] = box.lower[a];
-            upper[a] = box.upper[a];
+        for (uint32_t i = 0; i < pieces; ++i, ++to) {
+            auto& [lower, upper] = boxes.of[i];
+            padBox(lower, upper);
+            *to = {};
+            to->primitive = wordOf(number, pieces + i);
+            for (int a = 0; a < 3; ++a) {
+                to->lower[a] = lower[a];
+                to->negUpper[a] = -upper[a];
+            }
         }
-        padBox(to.lower, upper);
-        for (int a = 0; a < 3; ++a)
-            to.negUpper[a] = -upper[a];
+        return to;
+    }
+
+    PrimitiveRef* referToInactive(uint32_t number, uint32_t pieces, PrimitiveRef* to) const {
+        for (uint32_t i = 0; i < pieces; ++i, ++to) {
+            *to = {};
+            to->primitive = wordOf(number, pieces + i);
+        }
+        return to;
     }
 
     void makeTree(const ShapeStore& store, uint32_t count) {

@@ -10,17 +10,13 @@
 #pragma clang force_cuda_host_device begin
 #endif
 
+// No Vec4 crosses the border of an object file.
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wpsabi"
+
 namespace sunstone::bvh {
 
 #define SUNSTONE_SHAPES static inline
-
-// One primitive's points at one motion key: degree + 1 control points of a curve's segment, or a
-// sphere; positions and radii. A piece of a curve is named by its word (curves.h), a sphere by its
-// number.
-struct ShapePoints {
-    uint32_t shape;
-    const float* points;
-};
 
 // Rows of a leaf, the first one included, and its size.
 SUNSTONE_SHAPES uint32_t shapeRows(uint32_t shape) {
@@ -53,84 +49,95 @@ SUNSTONE_SHAPES double greater(double a, double b) {
 }
 
 // Position and radius.
-struct Vec4 {
-    double v[4];
+using Vec4 = double __attribute__((ext_vector_type(4)));
 
-    friend constexpr Vec4 operator+(const Vec4& a, const Vec4& b) {
-        return {{a.v[0] + b.v[0], a.v[1] + b.v[1], a.v[2] + b.v[2], a.v[3] + b.v[3]}};
-    }
-    friend constexpr Vec4 operator*(double s, const Vec4& a) {
-        return {{s * a.v[0], s * a.v[1], s * a.v[2], s * a.v[3]}};
-    }
-    friend constexpr Vec4 operator-(const Vec4& a, const Vec4& b) { return a + -1 * b; }
-};
 SUNSTONE_SHAPES double dot(const Vec4& a, const Vec4& b) {
-    return a.v[0] * b.v[0] + a.v[1] * b.v[1] + a.v[2] * b.v[2];
+    const Vec4 products = a * b;
+    return products[0] + products[1] + products[2];
 }
 SUNSTONE_SHAPES double length(const Vec4& a) {
     return __builtin_sqrt(dot(a, a));
 }
 
-// A segment in the power basis, with u from 0 to 1 on [begin, begin + length] of the whole.
+// A segment in the power basis, with u from 0 to 1.
+struct Polynomial {
+    Vec4 a[4];
+};
+SUNSTONE_SHAPES Polynomial polynomialOf(CurveBasis basis, const float* points) {
+    const auto& weights = powerWeights<double>(basis);
+    Polynomial whole = {};
+    for (uint32_t i = 0; i <= degreeOf(basis); ++i) {
+        const float* const p = points + 4 * i;
+        const Vec4 point = {p[0], p[1], p[2], p[3]};
+        for (int k = 0; k < 4; ++k)
+            whole.a[k] = whole.a[k] + weights[k][i] * point;
+    }
+    return whole;
+}
+
+// A part of a segment, with u from 0 to 1 on [begin, begin + length] of the whole.
 class Cubic {
 public:
-    Cubic(CurveBasis basis, const float* points, double begin, double length) {
-        const auto& weights = powerWeights(basis);
-        Vec4 whole[4] = {};
-        for (int k = 0; k < 4; ++k)
-            for (uint32_t i = 0; i <= degreeOf(basis); ++i) {
-                const float* p = points + 4 * i;
-                // Sixths are not exact as floats.
-                const double six = double(weights[k][i]) * 6;
-                const double w = double(int(six + (six < 0 ? -0.5 : 0.5))) / 6;
-                whole[k] = whole[k] + w * Vec4{{p[0], p[1], p[2], p[3]}};
-            }
+    SUNSTONE_INLINE_MEMBER Cubic(const Polynomial& whole, double begin, double length) {
+        const Vec4* const w = whole.a;
         const double u = begin, h = length;
-        a_[0] = whole[0] + u * (whole[1] + u * (whole[2] + u * whole[3]));
-        a_[1] = h * (whole[1] + u * (2 * whole[2] + 3 * u * whole[3]));
-        a_[2] = h * h * (whole[2] + 3 * u * whole[3]);
-        a_[3] = h * h * h * whole[3];
+        a_[0] = w[0] + u * (w[1] + u * (w[2] + u * w[3]));
+        a_[1] = h * (w[1] + u * (2 * w[2] + 3 * u * w[3]));
+        a_[2] = h * h * (w[2] + 3 * u * w[3]);
+        a_[3] = h * h * h * w[3];
     }
-    Vec4 at(double u) const { return a_[0] + u * (a_[1] + u * (a_[2] + u * a_[3])); }
-    Vec4 first(double u) const { return a_[1] + u * (2 * a_[2] + 3 * u * a_[3]); }
-    Vec4 second(double u) const { return 2 * a_[2] + 6 * u * a_[3]; }
+    SUNSTONE_INLINE_MEMBER Vec4 at(double u) const {
+        return a_[0] + u * (a_[1] + u * (a_[2] + u * a_[3]));
+    }
+    SUNSTONE_INLINE_MEMBER Vec4 first(double u) const {
+        return a_[1] + u * (2 * a_[2] + 3 * u * a_[3]);
+    }
+    SUNSTONE_INLINE_MEMBER Vec4 second(double u) const { return 2 * a_[2] + 6 * u * a_[3]; }
     // Control points of the Bernstein basis: the curve is within their hull.
-    void hull(Vec4 b[4]) const {
+    SUNSTONE_INLINE_MEMBER void hull(Vec4 b[4]) const {
         b[0] = a_[0];
         b[1] = a_[0] + 1.0 / 3 * a_[1];
         b[2] = a_[0] + 2.0 / 3 * a_[1] + 1.0 / 3 * a_[2];
         b[3] = a_[0] + a_[1] + a_[2] + a_[3];
+    }
+    // The same of the first derivative.
+    SUNSTONE_INLINE_MEMBER void hullOfFirst(Vec4 b[3]) const {
+        b[0] = a_[1];
+        b[1] = a_[1] + a_[2];
+        b[2] = a_[1] + 2 * a_[2] + 3 * a_[3];
     }
 
 private:
     Vec4 a_[4];
 };
 
-// The next float towards minus infinity, of one that is finite.
-SUNSTONE_SHAPES float nextBelow(float a) {
-    const uint32_t bits = __builtin_bit_cast(uint32_t, a);
-    if (a == 0)
-        return -0x1p-149f;
-    return __builtin_bit_cast(float, bits >> 31 ? bits + 1 : bits - 1);
-}
+// To float, towards minus infinity; of a number whose neighbours among the floats are finite.
 SUNSTONE_SHAPES float roundedDown(double a) {
     const float f = float(a);
-    return f > a ? nextBelow(f) : f;
+    const uint32_t bits = __builtin_bit_cast(uint32_t, f), step = f > a;
+    if (f == 0)
+        return step ? -0x1p-149f : f;
+    // Without a branch, which half of all numbers would take.
+    return __builtin_bit_cast(float, bits + ((bits >> 31) * 2 - 1) * step);
 }
 SUNSTONE_SHAPES float roundedUp(double a) {
     return -roundedDown(-a);
 }
 
-SUNSTONE_SHAPES void extend(double lower[3], double upper[3], const Vec4& p, double radius) {
-    for (int i = 0; i < 3; ++i) {
-        lower[i] = lesser(lower[i], p.v[i] - radius);
-        upper[i] = greater(upper[i], p.v[i] + radius);
+// The fourth component has no meaning.
+struct Extent {
+    Vec4 lower = __builtin_inf(), upper = -__builtin_inf();
+
+    SUNSTONE_INLINE_MEMBER void extend(const Vec4& p, double radius) {
+        const Vec4 below = p - radius, above = p + radius;
+        lower = below < lower ? below : lower;
+        upper = upper < above ? above : upper;
     }
-}
+};
 
 // Radii below zero count as zero where the shape is a sphere or between spheres.
 SUNSTONE_SHAPES double endRadius(const Vec4& p) {
-    return greater(p.v[3], 0.0);
+    return greater(p[3], 0.0);
 }
 
 // Distance of p from the chord between a and b.
@@ -143,18 +150,43 @@ SUNSTONE_SHAPES double fromChord(const Vec4& p, const Vec4& a, const Vec4& b) {
 
 } // namespace shape_math
 
+// One primitive's points at one motion key: degree + 1 control points of a curve's segment, or a
+// sphere; positions and radii. A piece of a curve is named by its word (curves.h), a sphere by its
+// number.
+class ShapePoints {
+public:
+    ShapePoints(uint32_t kind, const float* values) : shape(kind), points(values), whole_{} {
+        if (isCurveBasis(kind))
+            whole_ = shape_math::polynomialOf(CurveBasis(kind), values);
+    }
+    // Of a curve.
+    SUNSTONE_INLINE_MEMBER shape_math::Cubic part(double begin, double length) const {
+        return {whole_, begin, length};
+    }
+    SUNSTONE_INLINE_MEMBER shape_math::Cubic piece(uint32_t word) const {
+        const PieceRange range = rangeOf(word);
+        return part(range.begin, range.length);
+    }
+
+    const uint32_t shape;
+    const float* const points;
+
+private:
+    shape_math::Polynomial whole_;
+};
+
 // Whether there is a surface: all numbers are finite and not huge, some radius is positive, and the
 // control points of a non-linear segment are not all the same.
-SUNSTONE_SHAPES bool isActiveShape(const ShapePoints& at) {
+SUNSTONE_SHAPES bool isActiveShape(uint32_t shape, const float* points) {
     using namespace shape_math;
-    const uint32_t floats = shapeFloats(at.shape);
+    const uint32_t floats = shapeFloats(shape);
     bool usable = true, wide = false, apart = false;
     for (uint32_t i = 0; i < floats; ++i) {
-        usable = usable && magnitude(double(at.points[i])) <= kMaxShapeCoordinate;
-        wide = wide || (i % 4 == 3 && at.points[i] > 0);
-        apart = apart || (i % 4 != 3 && at.points[i] != at.points[i % 4]);
+        usable = usable && magnitude(double(points[i])) <= kMaxShapeCoordinate;
+        wide = wide || (i % 4 == 3 && points[i] > 0);
+        apart = apart || (i % 4 != 3 && points[i] != points[i % 4]);
     }
-    const bool pointLike = !isCurveBasis(at.shape) || CurveBasis(at.shape) == CurveBasis::kLinear;
+    const bool pointLike = !isCurveBasis(shape) || CurveBasis(shape) == CurveBasis::kLinear;
     return usable && wide && (apart || pointLike);
 }
 
@@ -162,27 +194,27 @@ SUNSTONE_SHAPES bool isActiveShape(const ShapePoints& at) {
 SUNSTONE_SHAPES void shapeBox(const ShapePoints& at, uint32_t word, float lower[3],
                               float upper[3]) {
     using namespace shape_math;
-    constexpr double kInf = __builtin_inf();
-    double low[3] = {kInf, kInf, kInf}, high[3] = {-kInf, -kInf, -kInf};
+    Extent box;
     if (!isCurveBasis(at.shape)) {
-        const Vec4 p = {{at.points[0], at.points[1], at.points[2], at.points[3]}};
-        extend(low, high, p, endRadius(p));
+        const Vec4 p = {at.points[0], at.points[1], at.points[2], at.points[3]};
+        box.extend(p, endRadius(p));
     } else {
         const CurveBasis basis = CurveBasis(at.shape);
         const PieceRange range = rangeOf(word);
         // Two hulls are closer than one.
-        const int parts = basis == CurveBasis::kLinear ? 1 : 2;
+        const bool isLinear = basis == CurveBasis::kLinear;
+        const int parts = isLinear ? 1 : 2;
         for (int part = 0; part < parts; ++part) {
             Vec4 b[4];
             const double length = double(range.length) / parts;
-            Cubic(basis, at.points, range.begin + part * length, length).hull(b);
-            for (const Vec4& p : b)
-                extend(low, high, p, parts == 1 ? endRadius(p) : magnitude(p.v[3]));
+            at.part(range.begin + part * length, length).hull(b);
+            for (int i = 0; i < 4; i += isLinear ? 3 : 1)
+                box.extend(b[i], isLinear ? endRadius(b[i]) : magnitude(b[i][3]));
         }
     }
     for (int i = 0; i < 3; ++i) {
-        lower[i] = roundedDown(low[i]);
-        upper[i] = roundedUp(high[i]);
+        lower[i] = roundedDown(box.lower[i]);
+        upper[i] = roundedUp(box.upper[i]);
     }
 }
 
@@ -204,20 +236,19 @@ SUNSTONE_SHAPES void shapeLane(const ShapePoints& at, uint32_t word, bool moving
         }
         return;
     }
-    const PieceRange range = rangeOf(word);
     Vec4 b[4];
-    Cubic(basis, at.points, range.begin, range.length).hull(b);
-    double radius = 0;
-    for (int i = 0; i < 4; ++i) {
+    at.piece(word).hull(b);
+    double radius = greater(magnitude(b[0][3]), magnitude(b[3][3]));
+    for (int i = 1; i < 3; ++i) {
         // Distances from fixed places on the chord can be interpolated between keys.
         const double distance =
             moving ? length(b[i] - (b[0] + i / 3.0 * (b[3] - b[0]))) : fromChord(b[i], b[0], b[3]);
-        radius = greater(radius, distance + magnitude(b[i].v[3]));
+        radius = greater(radius, distance + magnitude(b[i][3]));
     }
     double shift = 0, largest = 0; // by rounding of the ends; coordinate
     for (int end = 0; end < 2; ++end)
         for (int i = 0; i < 3; ++i) {
-            const double exact = b[3 * end].v[i];
+            const double exact = b[3 * end][i];
             rows[3 * end + i] = float(exact);
             shift = greater(shift, magnitude(exact - float(exact)));
             largest = greater(largest, magnitude(exact));
@@ -226,13 +257,36 @@ SUNSTONE_SHAPES void shapeLane(const ShapePoints& at, uint32_t word, bool moving
     rows[6] = roundedUp(radius + 2 * shift + (moving ? 0x1p-20 * largest : 0));
 }
 
-// Whether the piece turns much within an eighth of it, or is thick for its curvature.
-SUNSTONE_SHAPES bool isBentPiece(const ShapePoints& at, uint32_t word) {
+// Whether bounds of the derivatives show that turnsMuch is false, at a fraction of its cost. `away`
+// is a lower bound of the speed along the chord, times the chord's length; `most` the largest
+// second derivative, squared.
+SUNSTONE_SHAPES bool isSurelyStraight(const shape_math::Cubic& piece) {
     using namespace shape_math;
-    if (!isCurveBasis(at.shape) || CurveBasis(at.shape) == CurveBasis::kLinear)
+    Vec4 b[4], d[3];
+    piece.hull(b);
+    piece.hullOfFirst(d);
+    const Vec4 chord = b[3] - b[0];
+    double away = __builtin_inf(), most = 0, radius = 0;
+    for (const Vec4& each : d)
+        away = lesser(away, dot(each, chord));
+    for (int end = 0; end < 2; ++end) {
+        const Vec4 second = piece.second(end);
+        most = greater(most, dot(second, second));
+    }
+    for (const Vec4& each : b)
+        radius = greater(radius, magnitude(each[3]));
+    constexpr double kMargin = 1.0001; // for rounding
+    const double size = dot(chord, chord);
+    if (!(away > 0 && size > 0x1p-200 && away < 0x1p200))
         return false;
-    const PieceRange range = rangeOf(word);
-    const Cubic piece(CurveBasis(at.shape), at.points, range.begin, range.length);
+    const double slowest = away * away / size; // lower bound of the squared speed
+    return kMargin * most <= 4 * slowest &&
+           kMargin * most * radius * radius <= 0.0625 * slowest * slowest;
+}
+
+// Whether a piece turns much within an eighth of it, or is thick for its curvature.
+SUNSTONE_SHAPES bool turnsMuch(const shape_math::Cubic& piece) {
+    using namespace shape_math;
     constexpr double kStep = 1.0 / 16;
     for (int i = 0; i <= 16; ++i) {
         const double u = i * kStep;
@@ -242,34 +296,56 @@ SUNSTONE_SHAPES bool isBentPiece(const ShapePoints& at, uint32_t word) {
         // The turn over an eighth, the ratio of radius and radius of curvature, and how the
         // parameter's speed changes over half an eighth.
         if (!(bend * 2 * kStep <= 0.25 * speed) ||
-            !(bend * magnitude(piece.at(u).v[3]) <= 0.25 * speed * __builtin_sqrt(speed)) ||
+            !(bend * magnitude(piece.at(u)[3]) <= 0.25 * speed * __builtin_sqrt(speed)) ||
             !(magnitude(along) * kStep <= 0.5 * speed))
             return true;
     }
     return false;
 }
 
-// Half the area of the boxes of that many pieces.
-SUNSTONE_SHAPES float areaOfPieces(const ShapePoints& at, uint32_t pieces) {
-    float area = 0;
-    for (uint32_t place = pieces; place < 2 * pieces; ++place) {
+SUNSTONE_SHAPES bool isBentPiece(const ShapePoints& at, uint32_t word) {
+    if (!isCurveBasis(at.shape) || CurveBasis(at.shape) == CurveBasis::kLinear)
+        return false;
+    const shape_math::Cubic piece = at.piece(word);
+    return !isSurelyStraight(piece) && turnsMuch(piece);
+}
+
+// Boxes of a curve's pieces.
+struct PieceBoxes {
+    struct {
         float lower[3], upper[3];
-        shapeBox(at, pieceWord(0, place), lower, upper);
+    } of[kMaxPieces];
+};
+
+SUNSTONE_SHAPES void boxesOfPieces(const ShapePoints& at, uint32_t pieces, PieceBoxes& boxes) {
+    for (uint32_t place = 0; place < pieces; ++place)
+        shapeBox(at, pieceWord(0, pieces + place), boxes.of[place].lower, boxes.of[place].upper);
+}
+
+// Half the area of the boxes of that many pieces.
+SUNSTONE_SHAPES float areaOfPieces(const PieceBoxes& boxes, uint32_t pieces) {
+    float area = 0;
+    for (uint32_t place = 0; place < pieces; ++place) {
+        const auto& [lower, upper] = boxes.of[place];
         const float x = upper[0] - lower[0], y = upper[1] - lower[1], z = upper[2] - lower[2];
         area += x * y + y * z + z * x;
     }
     return area;
 }
 
-// Into how many pieces to split a curve's segment: a power of two up to the limit. Thin things
-// across the axes gain most.
-SUNSTONE_SHAPES uint32_t worthwhilePieces(const ShapePoints& at, uint32_t limit) {
+// Into how many pieces to split a curve's segment: a power of two up to the limit. `boxes` has the
+// box of the whole and receives those of the pieces. Thin things across the axes gain most.
+SUNSTONE_SHAPES uint32_t worthwhilePieces(const ShapePoints& at, uint32_t limit,
+                                          PieceBoxes& boxes) {
     uint32_t count = 1;
-    for (float area = limit > 1 ? areaOfPieces(at, 1) : 0; count < limit; count *= 2) {
-        const float split = areaOfPieces(at, 2 * count);
+    for (float area = areaOfPieces(boxes, 1); count < limit; count *= 2) {
+        PieceBoxes parts;
+        boxesOfPieces(at, 2 * count, parts);
+        const float split = areaOfPieces(parts, 2 * count);
         if (split > 0.8f * area)
             break;
         area = split;
+        boxes = parts;
     }
     return count;
 }
@@ -283,6 +359,8 @@ SUNSTONE_SHAPES bool anyBends(const ShapePoints& at, uint32_t pieces) {
 }
 
 } // namespace sunstone::bvh
+
+#pragma clang diagnostic pop
 
 #if defined(__CUDA__)
 #pragma clang force_cuda_host_device end

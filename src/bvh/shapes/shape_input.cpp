@@ -178,7 +178,7 @@ void ShapeStore::read(const BuildInputs& inputs) const {
                     float* to = points + (size_t(first + local) * keys + key) * floats;
                     const bool there = curves ? reader.read(local, key, to)
                                               : readSphere(inputs.spheres[input], local, key, to);
-                    if (!there || !isActiveShape({shape, to}))
+                    if (!there || !isActiveShape(shape, to))
                         record.flags |= kShapeInactive;
                 }
             }

@@ -65,7 +65,12 @@ SUNSTONE_INLINE Bounds boxOfPiece(const ShapePoints& points, uint32_t word) {
 template <class BoxOf>
 SUNSTONE_INLINE uint32_t referToPieces(const BuildJob& job, uint32_t primitive, bool active,
                                        const ShapePoints& at0, bool split, const BoxOf& boxOf) {
-    const uint32_t pieces = active && split ? worthwhilePieces(at0, job.pieces) : 1;
+    uint32_t pieces = 1;
+    if (active && split) {
+        PieceBoxes boxes;
+        boxesOfPieces(at0, 1, boxes);
+        pieces = worthwhilePieces(at0, job.pieces, boxes);
+    }
     for (uint32_t k = 0; k < job.pieces; ++k) {
         const uint32_t reference =
             k == 0 ? primitive : job.numPrimitives + primitive * (job.pieces - 1) + k - 1;
@@ -97,10 +102,9 @@ SUNSTONE_INLINE bool readIntoPoints(const BuildJob& job, uint32_t primitive, uin
         for (uint32_t k = 0; k < floats; ++k)
             at<float>(job.points)[(uint64_t(primitive) * job.motionKeys + key) * floats + k] =
                 points[k];
-    const ShapePoints shape = {job.shape, points};
-    const bool active = there && isActiveShape(shape);
+    const bool active = there && isActiveShape(job.shape, points);
     if (active)
-        exact = boxOfPiece(shape, pieceWord(primitive, 1));
+        exact = boxOfPiece({job.shape, points}, pieceWord(primitive, 1));
     return active;
 }
 
