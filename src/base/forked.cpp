@@ -5,9 +5,11 @@
 #include "base/log.h"
 
 #include <pthread.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <iterator>
 #include <mutex>
 #include <string_view>
 
@@ -21,14 +23,19 @@ void explainOnce() {
     static std::atomic<bool> told{false};
     if (told.exchange(true) || !logEnabled(LogLevel::kFatal, "base"))
         return;
-    constexpr std::string_view kText =
-        "[sunstone base fatal] this process is a child, by fork, of one that had initialised CUDA "
-        "or OptiX: its calls fail; call exec in the child, or fork before the first call\n";
-    if (write(STDERR_FILENO, kText.data(), kText.size()) < 0)
+    const std::string_view parts[] = {"[sunstone base fatal] ", kForkedChildText, "\n"};
+    iovec lines[std::size(parts)];
+    for (size_t i = 0; i < std::size(parts); ++i)
+        lines[i] = {const_cast<char*>(parts[i].data()), parts[i].size()};
+    if (writev(STDERR_FILENO, lines, int(std::size(lines))) < 0)
         return; // nothing else to do
 }
 
 } // namespace
+
+const char* const kForkedChildText =
+    "this process is a child, by fork, of one that had used Sunstone's libraries: its calls fail; "
+    "call exec in the child, or fork before the first call";
 
 void watchForks() {
     static std::once_flag once;

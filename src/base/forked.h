@@ -7,6 +7,9 @@
 
 namespace sunstone {
 
+// Why calls of such a child fail.
+extern const char* const kForkedChildText;
+
 // From now on children are noticed. Called when the library is initialised; cheap to call again.
 void watchForks();
 

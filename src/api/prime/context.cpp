@@ -111,7 +111,7 @@ extern "C" RTPresult RTPAPI rtpContextDestroy(RTPcontext context) {
         const ContextPtr object = contextOf(context);
         const auto mine = [&](const auto& other) { return other.context == object; };
         contexts().remove(context);
-        object->queue.drain();
+        object->queue.waitFor(object->queue.ticket());
         destroyQueries(mine);
         models().removeIf(mine);
         descs().removeIf(mine);
@@ -120,6 +120,10 @@ extern "C" RTPresult RTPAPI rtpContextDestroy(RTPcontext context) {
 
 extern "C" RTPresult RTPAPI rtpContextGetLastErrorString(RTPcontext context,
                                                          const char** return_string) {
+    if (isForkedChild() && return_string) {
+        *return_string = kForkedChildText;
+        return RTP_SUCCESS;
+    }
     return guarded(nullptr, "rtpContextGetLastErrorString", [&] {
         const ContextPtr object = contextOf(context);
         requireNonNull(return_string, "return_string");

@@ -82,39 +82,44 @@ Children childrenOf(const Model& model) {
     return children;
 }
 
-// Starts the work of an update, which stores the structure.
+// Starts the work of an update, which stores the structure; waits for it, without the lock, unless
+// it is asynchronous.
 void start(Model& model, unsigned hints, std::shared_ptr<ModelUpdate> update,
-           std::function<engine::StructurePtr()> work) {
+           std::unique_lock<std::mutex>& lock, std::function<engine::StructurePtr()> work) {
     ModelUpdate* const to = update.get(); // the completion's owner waits for it
-    Context& context = *model.context;
-    update->completion =
-        context.run(context.place(), hints & kAsync,
-                    [keep = std::weak_ptr<ModelUpdate>(update), to, work = std::move(work)] {
-                        engine::StructurePtr structure = work();
-                        if (const auto alive = keep.lock())
-                            to->structure = std::move(structure);
-                    });
+    const ContextPtr context = model.context;
+    Context::Work prepared = context->prepare(
+        context->place(), [keep = std::weak_ptr<ModelUpdate>(update), to, work = std::move(work)] {
+            engine::StructurePtr structure = work();
+            if (const auto alive = keep.lock())
+                to->structure = std::move(structure);
+        });
+    update->completion = prepared.completion;
     model.update = update;
-    if (!(hints & kAsync))
-        update->wait();
+    if (hints & kAsync)
+        return context->queue.push(std::move(prepared.body));
+    lock.unlock();
+    context->run(prepared);
+    update->wait();
 }
 
-void updateInstances(Model& model, unsigned hints) {
+void updateInstances(Model& model, unsigned hints, std::unique_lock<std::mutex>& lock) {
     if (hints & (kMaskUpdate | kUserTriangles))
         fail(Code::kInvalidValue, "hints are of models of triangles, but the model has instances");
     Children children = childrenOf(model);
     auto update = std::make_shared<ModelUpdate>();
     update->isInstances = true;
-    start(model, hints, update, [device = model.context->device, children = std::move(children)]() {
-        engine::ModelInstances instances;
-        instances.transforms = children.transforms;
-        for (const auto& child : children.updates)
-            instances.models.push_back(child->wait());
-        return device->build(instances);
-    });
+    start(model, hints, update, lock,
+          [device = model.context->device, children = std::move(children)]() {
+              engine::ModelInstances instances;
+              instances.transforms = children.transforms;
+              for (const auto& child : children.updates)
+                  instances.models.push_back(child->wait());
+              return device->build(instances);
+          });
 }
 
-void updateMasks(Model& model, unsigned hints) {
+void updateMasks(Model& model, unsigned hints, std::unique_lock<std::mutex>& lock) {
     const engine::ModelTriangles triangles = trianglesOf(model);
     if (!model.update || model.update->isInstances || model.update->needsTriangles)
         fail(Code::kInvalidOperation,
@@ -128,13 +133,13 @@ void updateMasks(Model& model, unsigned hints) {
     auto update = std::make_shared<ModelUpdate>();
     update->callerTriangles = model.update->callerTriangles;
     update->triangles = triangles.triangles();
-    start(model, hints, update,
+    start(model, hints, update, lock,
           [device = model.context->device, before = model.update, triangles]() {
               return device->withMasks(before->wait(), triangles);
           });
 }
 
-void updateTriangles(Model& model, unsigned hints) {
+void updateTriangles(Model& model, unsigned hints, std::unique_lock<std::mutex>& lock) {
     const engine::ModelTriangles triangles = trianglesOf(model);
     auto update = std::make_shared<ModelUpdate>();
     update->callerTriangles = model.callerTriangles;
@@ -148,7 +153,7 @@ void updateTriangles(Model& model, unsigned hints) {
             fail(Code::kInvalidValue, "the copied model has ", model.update->triangles,
                  " triangles, those set are ", triangles.triangles());
     }
-    start(model, hints, update,
+    start(model, hints, update, lock,
           [device = model.context->device, triangles]() { return device->build(triangles); });
 }
 
@@ -218,13 +223,13 @@ extern "C" RTPresult RTPAPI rtpModelUpdate(RTPmodel model, unsigned hints) {
     return guarded(peekContext(models(), model), "rtpModelUpdate", [&] {
         const auto object = modelOf(model, "model");
         const unsigned bits = hintBits(hints, 0x2000, kAsync | kMaskUpdate | kUserTriangles);
-        std::lock_guard lock(object->context->mutex);
+        std::unique_lock lock(object->context->mutex);
         if (object->instances)
-            updateInstances(*object, bits);
+            updateInstances(*object, bits, lock);
         else if ((bits & kMaskUpdate) && !(bits & kUserTriangles))
-            updateMasks(*object, bits);
+            updateMasks(*object, bits, lock);
         else
-            updateTriangles(*object, bits);
+            updateTriangles(*object, bits, lock);
     });
 }
 
@@ -265,19 +270,19 @@ extern "C" RTPresult RTPAPI rtpModelCopy(RTPmodel model, RTPmodel srcModel) {
         if (from->needsTriangles)
             fail(Code::kInvalidOperation, "srcModel is a copy whose triangles have not been set");
         const engine::StructurePtr structure = from->wait();
-        std::lock_guard mine(object->context->mutex);
+        std::unique_lock mine(object->context->mutex);
         auto update = std::make_shared<ModelUpdate>();
         update->callerTriangles = object->callerTriangles;
         update->needsTriangles = from->callerTriangles && object->callerTriangles;
         update->triangles = from->triangles;
         const std::shared_ptr<engine::QueryDevice> device = object->context->device;
-        start(*object, 0, update, [&]() -> engine::StructurePtr {
-            return device == owner ? structure : device->copy(structure, *owner);
-        });
         object->indices.reset();
         object->vertices.reset();
         object->instances.reset();
         object->transforms.reset();
+        start(*object, 0, update, mine, [&]() -> engine::StructurePtr {
+            return device == owner ? structure : device->copy(structure, *owner);
+        });
     });
 }
 
@@ -288,7 +293,9 @@ extern "C" RTPresult RTPAPI rtpModelSetBuilderParameter(RTPmodel model_api, RTPb
         requireNonNull(ptr, "ptr");
         std::lock_guard lock(object->context->mutex);
         if (param == RTP_BUILDER_PARAM_CHUNK_SIZE) {
-            object->chunkSize = readParameter<RTPsize>(size, ptr);
+            // Programs pass an int, too: -1 is documented.
+            object->chunkSize = size == sizeof(int) ? RTPsize(readParameter<int>(size, ptr))
+                                                    : readParameter<RTPsize>(size, ptr);
         } else if (param == RTP_BUILDER_PARAM_USE_CALLER_TRIANGLES) {
             const int value = readParameter<int>(size, ptr);
             if (value != 0 && value != 1)

@@ -113,8 +113,13 @@ void execute(const std::shared_ptr<Query>& query, bool asynchronous) {
     finishQuietly(before);
     engine::CompletionPtr completion;
     if (context->type == RTP_CONTEXT_TYPE_CPU) {
-        completion = context->run(place, asynchronous,
-                                  [device, request] { device->trace(request)->wait(); });
+        Context::Work work =
+            context->prepare(place, [device, request] { device->trace(request)->wait(); });
+        completion = work.completion;
+        if (asynchronous)
+            context->queue.push(std::move(work.body));
+        else
+            context->run(work);
     } else {
         CudaScope scope(place.cudaContext);
         completion = device->trace(request);

@@ -89,8 +89,7 @@ std::string Context::lastError() {
     return lastError_;
 }
 
-engine::CompletionPtr Context::run(const Place& place, bool asynchronous,
-                                   std::function<void()> work) {
+Context::Work Context::prepare(const Place& place, std::function<void()> work) {
     auto completion = std::make_shared<engine::HostCompletion>();
     auto body = [completion, work = std::move(work), place] {
         completion->run([&] {
@@ -101,13 +100,12 @@ engine::CompletionPtr Context::run(const Place& place, bool asynchronous,
                 work();
         });
     };
-    if (asynchronous) {
-        queue.push(std::move(body));
-    } else {
-        queue.drain();
-        body();
-    }
-    return completion;
+    return {completion, std::move(body), queue.ticket()};
+}
+
+void Context::run(const Work& work) {
+    queue.waitFor(work.ticket);
+    work.body();
 }
 
 engine::StructurePtr ModelUpdate::wait() {
@@ -162,7 +160,7 @@ void finishQuietly(const engine::CompletionPtr& completion) noexcept {
 
 RTPresult guarded(const ContextPtr& context, const char* function,
                   const std::function<void()>& body) {
-    if (refusesForkedChild())
+    if (refusesForkedChild()) // rtpContextGetLastErrorString knows the text
         return RTP_ERROR_INVALID_OPERATION;
     RTPresult result = RTP_ERROR_UNKNOWN;
     std::string cause = "unknown exception";

@@ -40,8 +40,15 @@ struct Context : Handled {
         void* cudaContext;
     };
     Place place() const { return {team, cudaContext}; }
-    // Runs work now, or on the queue's thread after all earlier work there.
-    engine::CompletionPtr run(const Place& place, bool asynchronous, std::function<void()> work);
+    // Work that runs after all asynchronous work so far: at once, or pushed to the queue.
+    struct Work {
+        engine::CompletionPtr completion;
+        std::function<void()> body;
+        uint64_t ticket;
+    };
+    Work prepare(const Place& place, std::function<void()> work);
+    // Waits, so it is called without the lock.
+    void run(const Work& work);
 
     void setError(const std::string& text);
     std::string lastError();

@@ -18,12 +18,18 @@ void WorkQueue::push(std::function<void()> work) {
     if (!thread_.joinable())
         thread_ = std::thread([this] { loop(); });
     work_.push_back(std::move(work));
+    ++pushed_;
     changed_.notify_all();
 }
 
-void WorkQueue::drain() {
+uint64_t WorkQueue::ticket() {
+    std::lock_guard lock(mutex_);
+    return pushed_;
+}
+
+void WorkQueue::waitFor(uint64_t ticket) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return work_.empty() && !busy_; });
+    changed_.wait(lock, [&] { return done_ >= ticket; });
 }
 
 void WorkQueue::loop() {
@@ -34,12 +40,11 @@ void WorkQueue::loop() {
             return;
         std::function<void()> work = std::move(work_.front());
         work_.pop_front();
-        busy_ = true;
         lock.unlock();
         work();
         work = nullptr;
         lock.lock();
-        busy_ = false;
+        ++done_;
         changed_.notify_all();
     }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <mutex>
@@ -20,7 +21,9 @@ public:
 
     // The work must not throw, and must not own the queue's owner.
     void push(std::function<void()> work);
-    void drain();
+    // The work so far: its number, and the end of it. Later work may go on.
+    uint64_t ticket();
+    void waitFor(uint64_t ticket);
 
 private:
     void loop();
@@ -28,7 +31,8 @@ private:
     std::mutex mutex_;
     std::condition_variable changed_;
     std::deque<std::function<void()>> work_;
-    bool busy_ = false, ending_ = false;
+    uint64_t pushed_ = 0, done_ = 0;
+    bool ending_ = false;
     std::thread thread_;
 };
 

@@ -13,6 +13,7 @@
 #include "sunstone/rays.h"
 
 #include <dlfcn.h>
+#include <link.h>
 
 #include <algorithm>
 #include <functional>
@@ -99,25 +100,47 @@ struct Cuda {
     decltype(&::cuCtxPopCurrent) ctxPopCurrent = nullptr;
 };
 
-const Cuda* loadedCuda() {
+// How often libraries have been loaded and unloaded.
+uint64_t libraryChanges() {
+    uint64_t changes = 0;
+    dl_iterate_phdr(
+        [](dl_phdr_info* info, size_t, void* to) {
+            *static_cast<uint64_t*>(to) = info->dlpi_adds + info->dlpi_subs;
+            return 1;
+        },
+        &changes);
+    return changes;
+}
+
+const Cuda* findCuda() {
     void* const library = dlopen("libcuda.so.1", RTLD_LAZY | RTLD_NOLOAD);
     if (!library)
         return nullptr;
-    static const Cuda* const functions = [&] {
-        auto* const made = new Cuda;
-        const auto find = [&](auto& member, const char* name) {
-            member =
-                reinterpret_cast<std::remove_reference_t<decltype(member)>>(dlsym(library, name));
-        };
-        find(made->pointerGetAttribute, device::cuda::DriverNames::pointerGetAttribute);
-        find(made->ctxPushCurrent, device::cuda::DriverNames::ctxPushCurrent);
-        find(made->ctxPopCurrent, device::cuda::DriverNames::ctxPopCurrent);
-        return made;
-    }();
+    Cuda made;
+    const auto find = [&](auto& member, const char* name) {
+        member = reinterpret_cast<std::remove_reference_t<decltype(member)>>(dlsym(library, name));
+    };
+    find(made.pointerGetAttribute, device::cuda::DriverNames::pointerGetAttribute);
+    find(made.ctxPushCurrent, device::cuda::DriverNames::ctxPushCurrent);
+    find(made.ctxPopCurrent, device::cuda::DriverNames::ctxPopCurrent);
     dlclose(library);
-    const bool complete =
-        functions->pointerGetAttribute && functions->ctxPushCurrent && functions->ctxPopCurrent;
-    return complete ? functions : nullptr;
+    const bool complete = made.pointerGetAttribute && made.ctxPushCurrent && made.ctxPopCurrent;
+    return complete ? new Cuda(made) : nullptr; // never freed: another thread may be in a call
+}
+
+// Asks the loader only after it has changed something, because a search that finds nothing takes
+// longer than a query of few rays.
+const Cuda* loadedCuda() {
+    static auto* const mutex = new std::mutex;
+    static uint64_t asked = ~uint64_t(0);
+    static const Cuda* found = nullptr;
+    const uint64_t changes = libraryChanges();
+    std::lock_guard lock(*mutex);
+    if (asked != changes) {
+        found = findCuda();
+        asked = changes;
+    }
+    return found;
 }
 
 // The CUDA context of device memory; null for memory of the host.
@@ -381,6 +404,8 @@ extern "C" SunstoneResult sunstoneNearestPoints(SunstoneScene scene, const float
 }
 
 extern "C" const char* sunstoneLastError(void) {
+    if (isForkedChild())
+        return kForkedChildText;
     return threadObject<std::string>().c_str();
 }
 

@@ -5,7 +5,8 @@
 // Nodes are visited by the distance of their boxes, the nearest first. Within an instance distances
 // differ from those of the world: a box there is at least `scale` times as far, where scale is the
 // least factor by which the instance changes lengths; triangles are moved to the world. Boxes are
-// those of rays, a little larger than the triangles, so no point is lost.
+// those of rays, a little larger than the triangles, so no point is lost. Triangles are tested in
+// double precision: the test has fourth powers of lengths, and differences of large coordinates.
 #pragma once
 
 #include "bvh/batch/batch.h"
@@ -13,14 +14,15 @@
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-SUNSTONE_INLINE float dot3(const float a[3], const float b[3]) {
+template <class Real>
+SUNSTONE_INLINE Real dot3(const Real a[3], const Real b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 // u and v (at vertices 1 and 2) of the triangle's point that is nearest to p, by the region of the
 // plane in which p's projection lies: Ericson, "Real-Time Collision Detection", section 5.1.5.
-SUNSTONE_INLINE void nearestOnTriangle(const float p[3], const float v[9], float& u, float& w) {
-    float ab[3], ac[3], ap[3], bp[3], cp[3];
+SUNSTONE_INLINE void nearestOnTriangle(const double p[3], const double v[9], double& u, double& w) {
+    double ab[3], ac[3], ap[3], bp[3], cp[3];
     for (int i = 0; i < 3; ++i) {
         ab[i] = v[3 + i] - v[i];
         ac[i] = v[6 + i] - v[i];
@@ -29,64 +31,77 @@ SUNSTONE_INLINE void nearestOnTriangle(const float p[3], const float v[9], float
         cp[i] = p[i] - v[6 + i];
     }
     u = w = 0;
-    const float d1 = dot3(ab, ap), d2 = dot3(ac, ap);
+    const double d1 = dot3(ab, ap), d2 = dot3(ac, ap);
     if (d1 <= 0 && d2 <= 0)
         return;
-    const float d3 = dot3(ab, bp), d4 = dot3(ac, bp);
+    const double d3 = dot3(ab, bp), d4 = dot3(ac, bp);
     if (d3 >= 0 && d4 <= d3) {
         u = 1;
         return;
     }
-    const float vc = d1 * d4 - d3 * d2;
+    const double vc = d1 * d4 - d3 * d2;
     if (vc <= 0 && d1 >= 0 && d3 <= 0) {
         u = d1 / (d1 - d3);
         return;
     }
-    const float d5 = dot3(ab, cp), d6 = dot3(ac, cp);
+    const double d5 = dot3(ab, cp), d6 = dot3(ac, cp);
     if (d6 >= 0 && d5 <= d6) {
         w = 1;
         return;
     }
-    const float vb = d5 * d2 - d1 * d6;
+    const double vb = d5 * d2 - d1 * d6;
     if (vb <= 0 && d2 >= 0 && d6 <= 0) {
         w = d2 / (d2 - d6);
         return;
     }
-    const float va = d3 * d6 - d5 * d4;
+    const double va = d3 * d6 - d5 * d4;
     if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
         w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
         u = 1 - w;
         return;
     }
-    const float scale = 1 / (va + vb + vc);
+    const double scale = 1 / (va + vb + vc);
     u = vb * scale;
     w = vc * scale;
 }
 
 struct NearestWalk {
     const float* point; // in the world
-    float best;         // square of the least distance so far
+    double best;        // square of the least distance so far
     NearestPoint found{-1, ~0u, ~0u, 0, 0, {0, 0, 0}};
 
-    void take(const float v[9], uint32_t triangle, uint32_t instance) {
-        float u, w, at[3], square = 0;
-        nearestOnTriangle(point, v, u, w);
+    void take(const double v[9], uint32_t triangle, uint32_t instance) {
+        const double p[3] = {point[0], point[1], point[2]};
+        double u, w, at[3], square = 0;
+        nearestOnTriangle(p, v, u, w);
         for (int i = 0; i < 3; ++i) {
-            at[i] = v[i] + u * (v[3 + i] - v[i]) + w * (v[6 + i] - v[i]);
-            square += (at[i] - point[i]) * (at[i] - point[i]);
+            const double moved = u * (v[3 + i] - v[i]) + w * (v[6 + i] - v[i]);
+            const double apart = (v[i] - p[i]) + moved;
+            at[i] = v[i] + moved;
+            square += apart * apart;
         }
         if (!(square <= best) || (square == best && found.distance >= 0 &&
                                   (instance > found.instance ||
                                    (instance == found.instance && triangle > found.triangle))))
             return;
         best = square;
-        found = {__builtin_sqrtf(square), triangle, instance, u, w, {at[0], at[1], at[2]}};
+        found = {float(__builtin_sqrt(square)),
+                 triangle,
+                 instance,
+                 float(u),
+                 float(w),
+                 {float(at[0]), float(at[1]), float(at[2])}};
+    }
+    // At least `best`, for squares of the distances of boxes, which may overflow.
+    float limit() const {
+        constexpr double kLargest = 0x1.fffffep127;
+        return best < kLargest ? float(best) * (1 + 0x1p-22f) : __builtin_inff();
     }
 
     template <unsigned N>
     void visitLeaf(const TriangleLeaf<N>& leaf, const InstanceRecord* record) {
         for (uint32_t lane = 0; lane < leaf.count; ++lane) {
-            float v[9];
+            double v[9];
             for (int i = 0; i < 9; ++i)
                 v[i] = leaf.vertices[size_t(i) * N + lane];
             if (record)
@@ -95,9 +110,9 @@ struct NearestWalk {
         }
     }
 
-    static void toWorld(const InstanceRecord& record, float v[9]) {
+    static void toWorld(const InstanceRecord& record, double v[9]) {
         for (int k = 0; k < 3; ++k) {
-            const float x = v[3 * k], y = v[3 * k + 1], z = v[3 * k + 2];
+            const double x = v[3 * k], y = v[3 * k + 1], z = v[3 * k + 2];
             for (int i = 0; i < 3; ++i) {
                 const float* const row = record.objectToWorld + 4 * i;
                 v[3 * k + i] = row[0] * x + row[1] * y + row[2] * z + row[3];
@@ -119,7 +134,7 @@ struct NearestWalk {
         *top++ = header->root;
         while (top != stack) {
             const uint64_t entry = *--top;
-            if (__builtin_bit_cast(float, uint32_t(entry >> 32)) > best)
+            if (__builtin_bit_cast(float, uint32_t(entry >> 32)) > limit())
                 continue;
             const NodeRef ref = NodeRef(entry);
             const uint8_t* const at = block + offsetOf(ref);
@@ -136,8 +151,9 @@ struct NearestWalk {
                 alignas(32) float distance[8];
                 store(distance, square * splat(scale, f));
                 uint64_t* const first = top;
+                const float most = limit();
                 for (uint32_t i = 0; i < node.numChildren; ++i)
-                    if (distance[i] <= best)
+                    if (distance[i] <= most)
                         *top++ = uint64_t(bitsOf(distance[i])) << 32 | node.children[i];
                 sortEntries(first, unsigned(top - first));
             } else if (instances) {
@@ -166,7 +182,7 @@ static void nearest(uint64_t handle, const float* points, float farthest, Neares
                     uint64_t first, uint64_t end) {
     for (uint64_t i = first; i < end; ++i) {
         const float* const p = points + 3 * i;
-        NearestWalk walk{p, farthest * farthest};
+        NearestWalk walk{p, double(farthest) * farthest};
         // NaN and infinite points have no nearest point.
         if (finite(absolute(p[0]) + absolute(p[1]) + absolute(p[2])) && farthest >= 0)
             walk.walk(headerOfHandle(handle), p, 1 - 0x1p-20f, nullptr);

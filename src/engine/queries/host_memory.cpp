@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the host may access a range, without a fault. Source: Linux manual, process_vm_readv(2)
-// and proc(5).
+// Whether the host may access a range, without a fault. Source: Linux manual, process_vm_readv(2),
+// madvise(2) and proc(5).
+#include "device/cpu/pages.h"
+#include "device/device.h"
 #include "engine/queries/queries.h"
 
+#include <sys/mman.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -21,18 +24,24 @@ bool isInAddressSpace(uint64_t address, uint64_t bytes) {
     return address >= kPage && bytes <= kAddressEnd && address <= kAddressEnd - bytes;
 }
 
-// A byte of each page through the kernel, which answers instead of faulting. Written bytes get
-// their own values. False where a page cannot be accessed, or the system forbids the question.
-bool probe(uint64_t address, uint64_t bytes, bool written) {
+// Asks the kernel, which answers instead of faulting, to read a byte of each page. False where a
+// page cannot be read, or the system forbids the question.
+bool canRead(uint64_t address, uint64_t bytes) {
     uint8_t values[kFewPages + 1];
     iovec there[kFewPages + 1];
     size_t count = 0;
     for (uint64_t at = address; at < address + bytes; at = (at / kPage + 1) * kPage)
         there[count++] = {reinterpret_cast<void*>(at), 1};
     const iovec mine = {values, count};
-    if (process_vm_readv(getpid(), &mine, 1, there, count, 0) != ssize_t(count))
-        return false;
-    return !written || process_vm_writev(getpid(), &mine, 1, there, count, 0) == ssize_t(count);
+    return process_vm_readv(getpid(), &mine, 1, there, count, 0) == ssize_t(count);
+}
+
+// The same for writing: prepares the pages and leaves their contents, which other queries may be
+// writing. Linux before 5.14 answers false.
+bool canWrite(uint64_t address, uint64_t bytes) {
+    constexpr int kPopulateWrite = 23; // MADV_POPULATE_WRITE
+    const uint64_t begin = address / kPage * kPage;
+    return madvise(reinterpret_cast<void*>(begin), address + bytes - begin, kPopulateWrite) == 0;
 }
 
 // The same by the list of the process's mappings, which takes longer for few pages.
@@ -64,7 +73,11 @@ bool isHostMemory(const void* start, uint64_t bytes, bool written) {
     bytes = std::max<uint64_t>(bytes, 1);
     if (!isInAddressSpace(address, bytes))
         return false;
-    return (bytes <= (kFewPages - 1) * kPage && probe(address, bytes, written)) ||
+    // Freed memory of the CPU device keeps its access until a stream runs.
+    if (device::cpu::pages().holds(start))
+        return device::cpuDevice().isAccessible(start, bytes);
+    return (bytes <= (kFewPages - 1) * kPage &&
+            (written ? canWrite(address, bytes) : canRead(address, bytes))) ||
            isMapped(address, bytes, written);
 }
 

@@ -153,6 +153,35 @@ TEST_P(PrimeQueries, BitmasksOfRanges) {
         }
 }
 
+// The check of the second query's memory must not write: the first may be writing there.
+TEST_P(PrimeQueries, QueriesShareTheBytesOfABitmask) {
+    const RTPmodel model =
+        makeModel({{{-1, -1, 5}, {3, -1, 5}, {-1, 3, 5}}, {{0, 1, 2}}}, memory());
+    constexpr size_t kCount = 40, kFirst = 13;
+    Buffer<Ray> in(memory(), std::vector<Ray>(kCount, Ray{{0, 0, 0}, 0, {0, 0, 1}, 10}));
+    Buffer<uint8_t> out(memory(), std::vector<uint8_t>(kCount / 8));
+    const Desc rayDesc(context, RTP_BUFFER_FORMAT_RAY_ORIGIN_TMIN_DIRECTION_TMAX, memory(), in);
+    const Desc hitDesc(context, RTP_BUFFER_FORMAT_HIT_BITMASK, memory(), out.address(), 0);
+    RTPquery queries[2];
+    for (int i = 0; i < 2; ++i) {
+        const size_t begin = i ? kFirst : 0, end = i ? kCount : kFirst;
+        ASSERT_RTP(rtpQueryCreate(model, RTP_QUERY_TYPE_CLOSEST, &queries[i]));
+        ASSERT_RTP(rtpBufferDescSetRange(rayDesc, begin, end));
+        ASSERT_RTP(rtpBufferDescSetRange(hitDesc, begin, end));
+        ASSERT_RTP(rtpQuerySetRays(queries[i], rayDesc));
+        ASSERT_RTP(rtpQuerySetHits(queries[i], hitDesc));
+    }
+    for (int round = 0; round < 2000; ++round) {
+        std::fill(out.values().begin(), out.values().end(), uint8_t(0));
+        out.upload();
+        for (RTPquery query : queries)
+            ASSERT_RTP(rtpQueryExecute(query, RTP_QUERY_HINT_ASYNC));
+        for (RTPquery query : queries)
+            ASSERT_RTP(rtpQueryFinish(query));
+        ASSERT_EQ(out.read(), std::vector<uint8_t>(kCount / 8, 0xFF)) << round;
+    }
+}
+
 TEST_P(PrimeQueries, RaysWithoutInterval) {
     const Mesh mesh = soup(300, 0.2f, 1);
     std::vector<Ray> rays = randomRays(500, 7);

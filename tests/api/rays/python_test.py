@@ -116,12 +116,20 @@ class Queries(unittest.TestCase):
             self.scene.closest(self.rays, out)
         with self.assertRaisesRegex(ValueError, "DLPack"):
             self.scene.closest("rays")
+        with self.assertRaisesRegex(ValueError, "byte order"):
+            sunstone.Scene(self.vertices.astype(">f4"))
+        with self.assertRaisesRegex(ValueError, "byte order"):
+            self.scene.closest(self.rays.astype(">f4"))
+        with self.assertRaisesRegex(ValueError, "have a scene"):
+            sunstone.Scene([(None, np.eye(4))])
         with self.assertRaisesRegex(ValueError, "every three"):
             sunstone.Scene(self.vertices[:4])
         with self.assertRaises(ValueError):
             sunstone.rays(np.zeros((2, 3), np.float32), np.zeros((3, 3), np.float32))
         with self.assertRaises(ValueError):
             sunstone.Scene([(self.scene, np.eye(2))])
+        with self.assertRaisesRegex(ValueError, "shape"):
+            sunstone.Scene([(self.scene, [[1, 2], [3, 4]])])
         with self.assertRaises(ValueError):
             self.scene.nearest(np.zeros((1, 3), np.float32), -1)
 

@@ -9,7 +9,12 @@
 #include "cuda.h"
 #endif
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 
 namespace {
 
@@ -87,6 +92,45 @@ TEST(Rays, NearestPoints) {
     EXPECT_FLOAT_EQ(found[2].point[1], 1);
     EXPECT_LT(found[3].distance, 0);
     EXPECT_EQ(found[3].triangle, -1);
+}
+
+TEST(Rays, NearestPointsOfAllSizes) {
+    for (const float size : {1e-15f, 1e-12f, 1e-11f, 1e-6f, 1e6f, 3e9f, 1e12f, 1e15f, 1e18f}) {
+        const Scene scene(
+            {-size, -size, 5 * size, 3 * size, -size, 5 * size, -size, 3 * size, 5 * size},
+            {0, 1, 2});
+        const std::vector<Nearest> found =
+            scene.nearest({0.125f * size, 0.25f * size, 0}, INFINITY);
+        EXPECT_EQ(found[0].triangle, 0) << size;
+        EXPECT_NEAR(found[0].distance / size, 5, 1e-6) << size;
+        EXPECT_NEAR(found[0].point[0] / size, 0.125, 1e-6) << size;
+    }
+}
+
+// Coordinates are exact, so distances lose nothing but their last rounding.
+TEST(Rays, NearestPointsFarFromTheOrigin) {
+    const float far = 1e6f;
+    const Scene scene({far - 1, far - 1, 0, far + 3, far - 1, 0.5f, far - 1, far + 3, 0.25f},
+                      {0, 1, 2});
+    const std::vector<Nearest> found = scene.nearest({far + 0.5f, far + 0.25f, 2}, INFINITY);
+    const double normal[3] = {-2, -1, 16};
+    const double expected = (1.5 * normal[0] + 1.25 * normal[1] + 2 * normal[2]) / std::sqrt(261.0);
+    EXPECT_NEAR(found[0].distance, expected, 1e-6);
+}
+
+TEST(Rays, ForkedChildrenSayWhyTheyFail) {
+    const Scene scene({0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2});
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+        SunstoneHit hit;
+        const SunstoneRay ray = {};
+        const bool fails = sunstoneClosestHits(scene.handle(), &ray, 1, &hit) == SUNSTONE_FAILED;
+        _exit(fails && std::strstr(sunstoneLastError(), "fork") ? 0 : 1);
+    }
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0);
 }
 
 TEST(Rays, InstancesOutliveTheirScenes) {
@@ -196,6 +240,12 @@ TEST(Rays, DeviceArrays) {
         std::vector<prime_test::Hit> hits(rays.size());
         ASSERT_EQ(cuMemcpyDtoH(hits.data(), out, hits.size() * sizeof(hits[0])), CUDA_SUCCESS);
         EXPECT_EQ(wrongHits(mesh, rays, hits), 0u);
+        // Freed ones, which the host could still read.
+        const CUdeviceptr freed = upload(rays.data(), rays.size() * sizeof(SunstoneRay));
+        ASSERT_EQ(cuMemFree(freed), CUDA_SUCCESS);
+        EXPECT_EQ(sunstoneClosestHits(scene.handle(), reinterpret_cast<SunstoneRay*>(freed),
+                                      rays.size(), reinterpret_cast<SunstoneHit*>(out)),
+                  SUNSTONE_INVALID_VALUE);
         // Arrays of the host, too; and ranges beyond the allocation.
         EXPECT_EQ(wrongHits(mesh, rays, convert(scene.closest(convert(rays)))), 0u);
         EXPECT_EQ(sunstoneClosestHits(scene.handle(), reinterpret_cast<SunstoneRay*>(in),

@@ -57,6 +57,8 @@ Array fromNumpy(const py::array& given, const char* name, size_t columns, bool i
     const char kind = given.dtype().kind();
     if (given.itemsize() != 4 || (isFloat ? kind != 'f' : kind != 'i' && kind != 'u'))
         refuse(name, isFloat ? "must be float32" : "must be int32");
+    if (!given.dtype().attr("isnative").cast<bool>())
+        refuse(name, "must have the machine's byte order");
     if (!(given.flags() & py::array::c_style))
         refuse(name, "must be contiguous");
     if (written && !given.writeable())
@@ -138,15 +140,17 @@ public:
                                    indices ? indices->rows : 0};
         run([&] { return sunstoneSceneCreate(&mesh, &scene_); });
     }
-    explicit Scene(const std::vector<std::pair<const Scene*, py::array>>& instances) {
+    explicit Scene(const std::vector<std::pair<py::object, py::object>>& instances) {
         std::vector<SunstoneInstance> list;
         for (const auto& [scene, matrix] : instances) {
+            if (!py::isinstance<Scene>(scene))
+                refuse("an instance", "must have a scene");
             const auto rows = py::array_t < float,
                        py::array::c_style | py::array::forcecast > ::ensure(matrix);
             if (!rows || rows.ndim() != 2 || rows.shape(0) < 3 || rows.shape(1) != 4)
                 refuse("a transform", "must have shape (3, 4) or (4, 4)");
             SunstoneInstance instance;
-            instance.scene = scene->scene_;
+            instance.scene = scene.cast<const Scene&>().scene_;
             std::copy_n(rows.data(), 12, instance.transform);
             list.push_back(instance);
         }
@@ -250,7 +254,7 @@ PYBIND11_MODULE(sunstone, module) {
                py::arg("tmax") = infinity,
                "Rays as an array (n, 8): origin, tmin, direction, tmax. One origin serves all.");
     py::class_<Scene>(module, "Scene")
-        .def(py::init<const std::vector<std::pair<const Scene*, py::array>>&>(),
+        .def(py::init<const std::vector<std::pair<py::object, py::object>>&>(),
              py::arg("instances"), "A list of (scene, matrix): 3 x 4 or 4 x 4, object to world.")
         .def(py::init<const py::object&, const py::object&>(), py::arg("vertices"),
              py::arg("triangles") = py::none(),
