@@ -4,6 +4,7 @@
 #                                    may get the prefix itself as the folder of the SDK
 #   <prefix>/optix7.6/include        OptiX 7.6 headers
 #   <prefix>/optix6/include          headers of the classic 6.0 API and of OptiX Prime
+#   <prefix>/optix6/lib64            <prefix>/lib, for find modules of classic programs
 #   <prefix>/include/sunstone/rays.h ray queries without programs
 #   <prefix>/include/sunstone/cuda   CUDA headers for machines without a toolkit
 #   <prefix>/lib                     libsunstone, libnvoptix.so.1, liboptix.so.6.0.0, liboptixu.so.6.0.0,
@@ -12,7 +13,7 @@
 #                                    never hide a real driver; `sunstone run` sets the path;
 #                                    libsunstone_redirect.so, the audit library of `sunstone run`
 #   <prefix>/cuda                    a folder in the shape of a CUDA toolkit (toolkit.cmake)
-#   <prefix>/lib/cmake/OptiX         OptiXConfig.cmake: targets OptiX::OptiX and optix
+#   <prefix>/lib/cmake/OptiX         OptiXConfig.cmake: OptiX::OptiX, OptiX::Classic, OptiX::Prime, ...
 #   <prefix>/share/doc/sunstone      README.md and the pages that it links to, in the same folders
 # Components: sdk (headers and package files, needs no build), runtime, cuda, tools; mpi by itself.
 include(CMakePackageConfigHelpers)
@@ -25,6 +26,9 @@ install(DIRECTORY ${SUNSTONE_OPTIX76_FOLDER}/ DESTINATION optix7.6/include
     COMPONENT sdk FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/optix6/ DESTINATION optix6/include
     COMPONENT sdk FILES_MATCHING PATTERN "*.h")
+file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/package/optix6)
+file(CREATE_LINK ../lib ${PROJECT_BINARY_DIR}/package/optix6/lib64 SYMBOLIC)
+install(FILES ${PROJECT_BINARY_DIR}/package/optix6/lib64 DESTINATION optix6 COMPONENT sdk)
 install(FILES ${PROJECT_SOURCE_DIR}/include/rays/sunstone/rays.h DESTINATION include/sunstone
     COMPONENT sdk)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/cuda/ DESTINATION include/sunstone/cuda
@@ -52,12 +56,16 @@ set(SUNSTONE_OPTIX_VERSIONS "${SUNSTONE_OPTIX_VERSION} ${SUNSTONE_OPTIX76_VERSIO
 
 set(optix_headers optix7/include)
 set(optix76_headers optix7.6/include)
+set(optix6_headers optix6/include)
+set(optix_libraries lib)
+set(optix_rays_headers include)
 set(optix_cuda_headers include/sunstone/cuda)
 set(optix_nvcc cuda/bin/nvcc)
 set(package_folder lib/cmake/OptiX)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/OptiXConfig.cmake.in
     ${PROJECT_BINARY_DIR}/package/OptiXConfig.cmake INSTALL_DESTINATION ${package_folder}
-    PATH_VARS optix_headers optix76_headers optix_cuda_headers optix_nvcc)
+    PATH_VARS optix_headers optix76_headers optix6_headers optix_rays_headers optix_libraries optix_cuda_headers
+        optix_nvcc)
 configure_file(${PROJECT_SOURCE_DIR}/cmake/OptiXConfigVersion.cmake.in
     ${PROJECT_BINARY_DIR}/package/OptiXConfigVersion.cmake @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/package/OptiXConfig.cmake
@@ -67,10 +75,13 @@ install(FILES ${PROJECT_BINARY_DIR}/package/OptiXConfig.cmake
 
 # pkg-config: paths relative to the files, so that an installation may be moved.
 set(pkg_config_optix "OptiX headers;${SUNSTONE_OPTIX_VERSION};-I\${prefix}/optix7/include -I\${prefix}/include/sunstone/cuda;-ldl")
+set(pkg_config_optix6 "the classic OptiX API;6.0.0;-I\${prefix}/optix6/include -I\${prefix}/include/sunstone/cuda;-L\${prefix}/lib -loptix -loptixu")
+set(pkg_config_optix_prime "OptiX Prime;6.0.0;-I\${prefix}/optix6/include -I\${prefix}/include/sunstone/cuda;-L\${prefix}/lib -loptix_prime")
+set(pkg_config_sunstone_rays "ray queries without programs;${PROJECT_VERSION};-I\${prefix}/include;-L\${prefix}/lib -lsunstone_rays")
 set(pkg_config_cuda "CUDA driver API of the CPU;13.0;-I\${prefix}/include/sunstone/cuda;-L\${libdir} -lcuda")
 set(pkg_config_cudart "CUDA runtime API;13.0;-I\${prefix}/include/sunstone/cuda;-L\${libdir} -lcudart")
 set(pkg_config_nvrtc "Run-time compilation of CUDA C++;13.0;-I\${prefix}/include/sunstone/cuda;-L\${libdir} -lnvrtc")
-foreach(package IN ITEMS optix cuda cudart nvrtc)
+foreach(package IN ITEMS optix optix6 optix_prime sunstone_rays cuda cudart nvrtc)
     list(GET pkg_config_${package} 0 about)
     list(GET pkg_config_${package} 1 version)
     list(GET pkg_config_${package} 2 flags)

@@ -3,11 +3,11 @@
 # (package_files.cmake).
 # Also the samples, their sources, and what builds them (installed/CMakeLists.txt).
 if(SUNSTONE_BUILD_SAMPLES)
-    foreach(sample IN ITEMS hello triangle callables instances motion_blur curves spheres opacity mesh_path_tracer
-            denoiser)
-        install(TARGETS sample_${sample} RUNTIME DESTINATION lib/sunstone/samples COMPONENT samples)
-        set_target_properties(sample_${sample} PROPERTIES INSTALL_RPATH "$ORIGIN/../cuda;$ORIGIN/../system")
-        target_link_options(sample_${sample} PRIVATE -Wl,--disable-new-dtags)
+    get_property(samples GLOBAL PROPERTY SUNSTONE_SAMPLES)
+    foreach(sample IN LISTS samples)
+        install(TARGETS ${sample} RUNTIME DESTINATION lib/sunstone/samples COMPONENT samples)
+        set_target_properties(${sample} PROPERTIES INSTALL_RPATH "$ORIGIN/../..;$ORIGIN/../cuda;$ORIGIN/../system")
+        target_link_options(${sample} PRIVATE -Wl,--disable-new-dtags)
     endforeach()
 endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples DESTINATION share/sunstone COMPONENT samples)
@@ -18,8 +18,10 @@ set(links ${PROJECT_BINARY_DIR}/package/samples)
 file(MAKE_DIRECTORY ${links})
 file(CREATE_LINK ../../../optix7/include ${links}/optix7 SYMBOLIC)
 file(CREATE_LINK ../../../optix7.6/include ${links}/optix76 SYMBOLIC)
+file(CREATE_LINK ../../../optix6/include ${links}/optix6 SYMBOLIC)
 file(CREATE_LINK ../../../include/sunstone/cuda ${links}/cuda SYMBOLIC)
-install(FILES ${links}/optix7 ${links}/optix76 ${links}/cuda DESTINATION share/sunstone/include COMPONENT samples)
+install(FILES ${links}/optix7 ${links}/optix76 ${links}/optix6 ${links}/cuda DESTINATION share/sunstone/include
+    COMPONENT samples)
 
 # The archive's libraries. DT_RPATH, unlike DT_RUNPATH, serves the libraries of libraries, too.
 foreach(target IN ITEMS sunstone sunstone_tool)
@@ -37,7 +39,7 @@ set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_PACKAGE_NAME sunstone)
 set(CPACK_PACKAGE_VENDOR "Sunstone")
 set(CPACK_PACKAGE_CONTACT "Sunstone developers <sunstone@localhost>")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "OptiX 7 and CUDA programs on any CPU and on CUDA GPUs")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "OptiX and CUDA programs on any CPU and on CUDA GPUs")
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_PACKAGING_INSTALL_PREFIX /opt/sunstone)
 set(CPACK_SET_DESTDIR OFF)
@@ -55,10 +57,9 @@ set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 include(CPack)
 
 set(packaged "")
-foreach(target IN ITEMS sunstone nvoptix sunstone_cuda cudart_shared cudart_shared_other cudart_static
-        sunstone_redirect nvrtc12 nvrtc13 sunstone_tool sunstone_nvcc sunstone_fatbin sunstone_link_stub
-        sample_hello sample_triangle sample_callables sample_instances sample_motion_blur sample_curves
-        sample_spheres sample_opacity sample_mesh_path_tracer sample_denoiser)
+foreach(target IN ITEMS sunstone nvoptix optix6 optixu optix_prime sunstone_rays sunstone_python sunstone_cuda
+        cudart_shared cudart_shared_other cudart_static sunstone_redirect nvrtc12 nvrtc13 sunstone_tool sunstone_nvcc
+        sunstone_fatbin sunstone_link_stub ${samples})
     if(TARGET ${target})
         list(APPEND packaged ${target})
     endif()

@@ -38,6 +38,7 @@ function(sunstone_sample name)
     endif()
     sunstone_sanitize(sample_${name})
     add_dependencies(sample_${name} nvoptix sunstone_cuda) # loaded when it runs
+    set_property(GLOBAL APPEND PROPERTY SUNSTONE_SAMPLES sample_${name})
     set_target_properties(sample_${name} PROPERTIES OUTPUT_NAME ${name}
         RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 endfunction()
@@ -60,4 +61,5 @@ function(sunstone_sample6 name)
         add_custom_target(classic_samples)
     endif()
     add_dependencies(classic_samples sample_classic_${name})
+    set_property(GLOBAL APPEND PROPERTY SUNSTONE_SAMPLES sample_classic_${name})
 endfunction()
