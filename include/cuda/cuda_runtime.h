@@ -22,6 +22,9 @@
 #include <cmath>
 #include <math.h>
 #include "sunstone/library.h"
+#ifdef __cplusplus
+#include <new> // in clang's version operator new and delete of device code, on malloc and free
+#endif
 #include "sunstone/warp.h"
 #include "sunstone/simd.h"
 #include "sunstone/atomics.h"

@@ -9,6 +9,10 @@
 #error "optix_device.h is for device compilers"
 #endif
 
+#if !defined(__CUDACC_RTC__)
+#include <stdio.h> /* printf */
+#endif
+
 #include "internal/optix_datatypes.h"
 #include "internal/optix_declarations.h"
 #include "internal/optix_defines.h"

@@ -192,7 +192,7 @@ TEST_P(Generation, BoundsProgramsWriteBoxes) {
     float boxes[33][6] = {};
     BoundsRequest request;
     request.pipeline = pipeline_;
-    request.record = uint64_t(&records_[2]);
+    request.sbt.entryRecord = uint64_t(&records_[2]);
     request.count = 33;
     request.boxes = boxes[0];
     launchBounds(context_, request);
@@ -206,7 +206,7 @@ TEST_P(Generation, BoundsProgramsWriteBoxes) {
 TEST_P(Generation, AProgramOfAnotherKindIsRefused) {
     BoundsRequest request;
     request.pipeline = pipeline_;
-    request.record = uint64_t(&records_[0]); // an entry point, not a bounds program
+    request.sbt.entryRecord = uint64_t(&records_[0]); // an entry point, not a bounds program
     request.count = 1;
     float box[6] = {};
     request.boxes = box;

@@ -14,7 +14,7 @@ void launchBounds(const std::shared_ptr<Context>& context, const BoundsRequest& 
     launch.pipeline = request.pipeline;
     launch.limits = request.pipeline->limits.get();
     launch.entryKind = devlib::kGroupBounds;
-    launch.sbt.entryRecord = request.record;
+    launch.sbt = request.sbt;
     launch.boxes = request.boxes;
     launch.firstPrimitive = request.firstPrimitive;
     launch.motionStep = request.motionStep;

@@ -32,7 +32,7 @@ void launch(const std::shared_ptr<Context>& context, const LaunchRequest& reques
 // floats, lower x y z, upper x y z. The boxes follow one another in device memory.
 struct BoundsRequest {
     std::shared_ptr<const Pipeline> pipeline;
-    uint64_t record = 0; // of the program's group
+    devlib::SbtView sbt{}; // entryRecord: of the program's group
     uint32_t count = 0;
     uint32_t firstPrimitive = 0; // the number that the first of them has
     uint32_t motionStep = 0;     // given to programs that take one

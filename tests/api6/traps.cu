@@ -137,3 +137,37 @@ RT_PROGRAM void deeper() {
     if (notes.depth < 50)
         rtTrace(top_object, ray, notes);
 }
+
+// Bounds that programs compute: half the size of a square around (0.5, 0.5, 5).
+rtDeclareVariable(rtCallableProgramX<float(float)>, size_bound, , );
+rtDeclareVariable(rtCallableProgramId<float(float)>, size_id, , );
+RT_CALLABLE_PROGRAM float half_of(float x) {
+    return 0.5f * x;
+}
+static __device__ void boundsOfSize(float half, float box[6]) {
+    box[0] = box[1] = 0.5f - half, box[2] = 4.99f;
+    box[3] = box[4] = 0.5f + half, box[5] = 5.01f;
+}
+RT_PROGRAM void bounds_by_bound(int, float box[6]) {
+    boundsOfSize(size_bound(1.0f), box);
+}
+RT_PROGRAM void bounds_by_id(int, float box[6]) {
+    boundsOfSize(size_id(1.0f), box);
+}
+
+// Reads texture `id`.
+rtDeclareVariable(int, texture_id, , );
+RT_PROGRAM void read_texture_id() {
+    result[1] = 1;
+    result[0] = rtTex2D<float>(texture_id, 1.5f, 1.5f);
+    result[1] = 2;
+}
+RT_PROGRAM void note_code() {
+    result[2] = float(rtGetExceptionCode());
+}
+
+// A function that no text defines.
+extern "C" __device__ float missing_function(float);
+RT_PROGRAM void calls_missing() {
+    result[0] = missing_function(1);
+}

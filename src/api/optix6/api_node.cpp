@@ -186,8 +186,11 @@ SUNSTONE_API RTresult rtGroupGetAcceleration(RTgroup group, RTacceleration* acce
 SUNSTONE_API RTresult rtGroupSetVisibilityMask(RTgroup group, RTvisibilitymask value) {
     return call<Group>(__func__, group, "group", [&](Group& object) {
         requireMask(value);
+        const bool wasSeenByAll = object.mask == RT_VISIBILITY_ALL;
         object.mask = value;
         object.noteMoved();
+        if (wasSeenByAll != (value == RT_VISIBILITY_ALL))
+            object.context()->noteStructure(); // where rays start, pipelines for GPUs depend on it
     });
 }
 SUNSTONE_API RTresult rtGroupGetVisibilityMask(RTgroup group, RTvisibilitymask* value) {

@@ -168,15 +168,20 @@ devlib::ClassicRecord Scene::record(devlib::GroupKind kind,
     for (const RoleProgram& each : programs)
         if (each.program)
             key.second[each.role] = each.program->code.get();
-    std::shared_ptr<engine::ProgramGroup>& group = groups_[key];
+    BoundGroup& bound = groups_[key];
+    bound.bind = bind_;
+    bound.pipeline = pipelines_;
+    std::shared_ptr<engine::ProgramGroup>& group = bound.group;
     if (!group) {
         group = std::make_shared<engine::ProgramGroup>();
         group->number = context_.engine->nextGroup++;
         group->kind = kind;
         for (const RoleProgram& each : programs)
-            if (each.program)
+            if (each.program) {
                 group->programs[each.role] = {each.program->code->module,
                                               each.program->code->function, each.kind, -1};
+                bound.codes.push_back(each.program->code);
+            }
         needsPipeline_ = true;
     }
     devlib::ClassicRecord made{};

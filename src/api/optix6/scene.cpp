@@ -363,6 +363,7 @@ void Scene::bind() {
             if (variable)
                 variable->users.clear();
     blocks_.clear();
+    ++bind_;
     hits_.clear();
     bounds_.clear();
     boundsOf_.clear();
@@ -396,7 +397,7 @@ bool Scene::hasMotion() const {
     });
 }
 
-// Whether no structure of instances is below another, and there is no selector.
+// Whether no structure of instances is below another or below an instance, and there is no selector.
 bool Scene::hasOneLevel() const {
     std::set<const Node*> groups; // and what leads to them
     for (const std::shared_ptr<Node>& node : order_) {
@@ -408,8 +409,11 @@ bool Scene::hasOneLevel() const {
             if (groups.count(dynamic_cast<const Node*>(child.get())))
                 return false;
         // A transform of a geometry group is a matrix; one of several children has a structure.
-        if (node->kind == Kind::kGroup)
+        if (node->kind == Kind::kGroup) {
+            if (static_cast<const Group&>(*node).mask != 0xFF)
+                return false; // rays enter an instance with the mask
             groups.insert(node.get());
+        }
     }
     return true;
 }
@@ -428,16 +432,24 @@ void Scene::makePipeline() {
                       pipeline_->limits.get().maxTraceDepth == limits.maxTraceDepth;
     if (same && !needsPipeline_)
         return reserveStack();
+    // Programs that are exchanged back and forth stay, unless they may be why the last attempt failed.
+    constexpr uint32_t kKeptPipelines = 8;
+    std::erase_if(groups_, [&](const auto& entry) {
+        const BoundGroup& group = entry.second;
+        return group.bind != bind_ && (isBroken_ || pipelines_ - group.pipeline >= kKeptPipelines);
+    });
+    isBroken_ = true;
+    ++pipelines_;
     std::vector<std::shared_ptr<engine::ProgramGroup>> groups;
-    for (const auto& [key, group] : groups_)
-        groups.push_back(group);
+    for (const auto& [key, bound] : groups_)
+        groups.push_back(bound.group);
     pipeline_ =
         engine::createPipeline(*context_.engine, groups, wanted, limits, &compiler::optix6Flavor());
     pipeline_->launchParamsSize = sizeof(devlib::ClassicLaunch);
     if (!pipeline_->feedback.empty())
         context_.engine->log(LogLevel::kInfo, "PIPELINE", pipeline_->feedback);
     rules_ = std::move(wanted);
-    needsPipeline_ = false;
+    needsPipeline_ = isBroken_ = false;
     reserveStack();
 }
 
@@ -560,6 +572,19 @@ void Scene::update() {
     context_.structureChanged = false;
 }
 
+// All records but those of the entry point.
+devlib::SbtView Scene::table() const {
+    devlib::SbtView table{};
+    table.missBase = uint64_t(misses_.data());
+    table.hitBase = uint64_t(hits_.data());
+    table.callableBase = uint64_t(callables_.data());
+    table.missStride = table.hitStride = table.callableStride = sizeof(ClassicRecord);
+    table.missCount = uint32_t(misses_.size());
+    table.hitCount = uint32_t(hits_.size());
+    table.callableCount = uint32_t(callables_.size());
+    return table;
+}
+
 engine::LaunchRequest Scene::request(unsigned entryPoint, uint32_t width, uint32_t height,
                                      uint32_t depth) const {
     const EntryPoint& entry = context_.entryPoints[entryPoint];
@@ -571,18 +596,10 @@ engine::LaunchRequest Scene::request(unsigned entryPoint, uint32_t width, uint32
     request.limits = pipeline_->limits.get();
     if (!context_.isOnGpu())
         request.limits.continuationStack = ~0u; // that of the thread
+    request.sbt = table();
     request.sbt.entryRecord = uint64_t(&rayGeneration_[entryPoint]);
     if (!entry.exception.expired())
         request.sbt.exceptionRecord = uint64_t(&exception_[entryPoint]);
-    request.sbt.missBase = uint64_t(misses_.data());
-    request.sbt.missStride = sizeof(ClassicRecord);
-    request.sbt.missCount = uint32_t(misses_.size());
-    request.sbt.hitBase = uint64_t(hits_.data());
-    request.sbt.hitStride = sizeof(ClassicRecord);
-    request.sbt.hitCount = uint32_t(hits_.size());
-    request.sbt.callableBase = uint64_t(callables_.data());
-    request.sbt.callableStride = sizeof(ClassicRecord);
-    request.sbt.callableCount = uint32_t(callables_.size());
     request.params = &tables().launch;
     request.paramsSize = sizeof(devlib::ClassicLaunch);
     request.waits = true;

@@ -88,6 +88,7 @@ private:
     compiler::PipelineRules rules() const;
 
     // binding.cpp
+    devlib::SbtView table() const;
     const void* block(const Program& program, Scopes scopes);
     std::shared_ptr<Variable> resolve(const compiler::optix6::DeviceVariable& wanted,
                                       const ProgramCode& code, const Scopes& scopes) const;
@@ -126,7 +127,14 @@ private:
     // Variables with samplers.
     std::vector<std::pair<std::shared_ptr<Variable>, Ref<TextureSampler>>> samplers_;
     std::map<std::pair<const ProgramCode*, std::vector<Variable*>>, std::unique_ptr<Block>> blocks_;
-    std::map<GroupKey, std::shared_ptr<engine::ProgramGroup>> groups_;
+    struct BoundGroup {
+        std::shared_ptr<engine::ProgramGroup> group;
+        std::vector<std::shared_ptr<const ProgramCode>> codes; // their addresses are in the key
+        uint32_t bind = 0, pipeline = 0;                       // numbers of the last ones that use it
+    };
+    std::map<GroupKey, BoundGroup> groups_;
+    uint32_t bind_ = 0, pipelines_ = 0; // how many have been made
+    bool isBroken_ = false;             // the last attempt to make a pipeline failed
     std::set<uint32_t> compiled_; // numbers of groups in the pipeline
     bool needsPipeline_ = true;
     std::shared_ptr<engine::Pipeline> pipeline_;

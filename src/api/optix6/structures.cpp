@@ -284,15 +284,15 @@ SharedVector<float> Scene::boxesOf(const GeometryInstance& instance, const Geome
         return boxes;
     engine::BoundsRequest request;
     request.pipeline = pipeline_;
-    request.record = uint64_t(&bounds_[boundsOf_.at(&instance)]);
+    request.sbt = table();
+    request.sbt.entryRecord = uint64_t(&bounds_[boundsOf_.at(&instance)]);
     request.count = geometry.primitives;
     request.firstPrimitive = geometry.indexOffset;
     request.motionStep = step;
     request.boxes = boxes.data();
     request.params = &tables().launch;
     request.paramsSize = sizeof(devlib::ClassicLaunch);
-    engine::launchBounds(context_.engine, request);
-    context_.engine->device->synchronize(nullptr);
+    engine::launchBounds(context_.engine, request); // the build comes behind it
     return boxes;
 }
 

@@ -125,7 +125,10 @@ bool TextureSampler::update() {
     textureFormat(source->format, format);
     const bool copies = backend_->copiesImages() || expands(format);
     const bool isCurrent = !copies || (source->version() == version_ && !source->changesUnseen());
-    if (!changed_ && texture != 0 && source->data() == data_ && isCurrent)
+    const std::array<uint64_t, 6> shape = {source->format,       source->extent(0, 0),
+                                           source->extent(1, 0), source->extent(2, 0),
+                                           source->mipLevels,    source->description};
+    if (!changed_ && texture != 0 && source->data() == data_ && shape == shape_ && isCurrent)
         return false;
     if (!source->data())
         refuse(RT_ERROR_INVALID_CONTEXT, "the buffer of the texture sampler has no elements");
@@ -166,6 +169,7 @@ bool TextureSampler::update() {
     texture = handle;
     expanded_ = std::move(expanded);
     data_ = source->data();
+    shape_ = shape;
     version_ = source->version();
     changed_ = false;
     return true;

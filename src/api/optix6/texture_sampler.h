@@ -6,6 +6,7 @@
 
 #include "api/optix6/buffer.h"
 
+#include <array>
 #include <optional>
 
 namespace sunstone::optix6 {
@@ -47,6 +48,7 @@ private:
     bool changed_ = true;
     // Of the buffer when the texture was made.
     const void* data_ = nullptr;
+    std::array<uint64_t, 6> shape_{}; // of the buffer: format, sizes, levels, kind
     uint64_t version_ = 0;
 };
 

@@ -207,8 +207,7 @@ private:
         case Op::kPrintActive:
             return printActive();
         case Op::kTextureHandle:
-            return ofTable(offsetof(ClassicLaunch, textures), offsetof(ClassicLaunch, textureCount),
-                           argument(0), type);
+            return textureHandle(type);
         case Op::kLaunchIndex:
             return loadInvariant(thread(), offsetof(ThreadState, index) + component, type);
         case Op::kLaunchDimension:
@@ -668,6 +667,22 @@ private:
         for (unsigned i = 0; i < 4; ++i)
             all = builder_.CreateInsertValue(all, i < 3 ? extent(buffer, i) : number(1), i);
         return all;
+    }
+
+    // ---- textures -----------------------------------------------------------------------------
+
+    // Of an id; 0, which reads as zeros, for others.
+    Value* textureHandle(llvm::Type* type) {
+        Value* handle = ofTable(offsetof(ClassicLaunch, textures),
+                                offsetof(ClassicLaunch, textureCount), argument(0), type);
+        if (!(exceptions() & devlib::kClassicTextureId))
+            return handle;
+        llvm::MDNode* rare = llvm::MDBuilder(unit_.context()).createBranchWeights(1, 10000);
+        builder_.SetInsertPoint(llvm::SplitBlockAndInsertIfThen(builder_.CreateIsNull(handle),
+                                                                call_, false, rare));
+        zeros(builder_.getInt32(16), builder_.getInt32(devlib::kCodeTextureId));
+        builder_.SetInsertPoint(call_);
+        return handle;
     }
 
     // ---- transforms ---------------------------------------------------------------------------

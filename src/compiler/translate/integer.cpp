@@ -26,7 +26,8 @@ void FunctionTranslator::subtract(const ptx::Instruction& instruction) {
 }
 
 // a ± b, with the carry flag where the opcode says so (addc, subc, madc read it; .cc writes it).
-// The flag of a subtraction is its borrow.
+// The flag is an adder's carry, as code of nvcc for 128-bit division counts on: a subtraction sets it
+// where it does not borrow.
 void FunctionTranslator::addInteger(const ptx::Instruction& instruction, Value* a, Value* b,
                                     unsigned bits, bool subtract) {
     const bool readsCarry = instruction.opcode.back() == 'c'; // addc, subc, madc
@@ -50,14 +51,15 @@ void FunctionTranslator::addInteger(const ptx::Instruction& instruction, Value* 
     Value* result = builder_.CreateExtractValue(pair, 0);
     Value* carry = builder_.CreateExtractValue(pair, 1);
     if (readsCarry) {
-        Value* in = builder_.CreateZExt(readCarry(), intType(bits));
+        Value* const flag = subtract ? builder_.CreateNot(readCarry()) : readCarry();
+        Value* in = builder_.CreateZExt(flag, intType(bits));
         Value* second = intrinsicCall(id, {result, in});
         result = builder_.CreateExtractValue(second, 0);
         carry = builder_.CreateOr(carry, builder_.CreateExtractValue(second, 1));
     }
     write(target, result, isSigned);
     if (writesCarry)
-        writeCarry(carry);
+        writeCarry(subtract ? builder_.CreateNot(carry) : carry);
 }
 
 void FunctionTranslator::multiply(const ptx::Instruction& instruction) {

@@ -2,6 +2,7 @@
 #include "engine/cpu/backend.h"
 
 #include "base/error.h"
+#include "device/cpu/memory.h"
 #include "texture/texture.h"
 
 #include <algorithm>
@@ -12,6 +13,9 @@ namespace sunstone::engine {
 namespace {
 
 class CpuBackend final : public Backend {
+    // Managed memory that the driver's functions do not free.
+    static constexpr auto kSharedKind = device::cpu::MemoryKind::kManagedVariable;
+
 public:
     device::Device& device() override { return device::cpuDevice(); }
     bool sharesMemory() const override { return true; }
@@ -23,9 +27,14 @@ public:
         if (posix_memalign(&memory, kAlignment, whole) != 0)
             fail(Code::kOutOfMemory, "no memory for ", bytes, " bytes");
         std::memset(memory, 0, whole);
+        // CUDA calls take its addresses, and the memory check knows its size.
+        device::cpu::memory().adopt(memory, std::max<size_t>(bytes, 1), kSharedKind, 0, nullptr);
         return memory;
     }
-    void freeShared(void* memory) noexcept override { std::free(memory); }
+    void freeShared(void* memory) noexcept override {
+        device::cpu::memory().release(memory, {kSharedKind});
+        std::free(memory);
+    }
     void copy(void* to, const void* from, size_t bytes) override { std::memcpy(to, from, bytes); }
     uint64_t addTexture(std::unique_ptr<texture::Texture> texture) override {
         return texture::add(std::move(texture));
