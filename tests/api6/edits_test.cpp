@@ -150,7 +150,7 @@ TEST_F(Edits, CudaCallsChangeBuffers) {
     EXPECT_EQ(seen[3], 5);
     EXPECT_EQ(results()[2], 3);
     if (!runsOnGpu()) // there buffers share larger pieces
-        EXPECT_EQ(set(address, 0, 65), CUDA_ERROR_INVALID_VALUE) << "beyond its end";
+        EXPECT_EQ(set(address, 0, 1 << 16), CUDA_ERROR_INVALID_VALUE) << "beyond its end";
 }
 
 TEST_F(Edits, MasksOfTheGroupWhereRaysStart) {
