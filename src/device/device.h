@@ -37,6 +37,8 @@ public:
     // The CUcontext in which a stream was made; null for the default streams, which belong to the
     // current context. Throws as enqueue does.
     virtual const void* streamContext(void* stream) = 0;
+    // Whether a stream has no work left. False while it captures.
+    virtual bool isIdle(void* stream) = 0;
     // Waits for a stream; rethrows its pending error.
     virtual void synchronize(void* stream) = 0;
     // Waits for all streams; errors stay with their streams.

@@ -46,6 +46,29 @@ const void* checkedBlock(const Context& context, uint64_t handle, const char* pa
     return block;
 }
 
+// Whether a call checks what the memory of a structure holds, as the GPU back end does: without
+// waiting for work that is queued, but in validation mode.
+bool checksAtCall(const Context& context, void* stream) {
+    if (context.validation)
+        context.device->synchronize(stream);
+    return context.validation || context.device->isIdle(stream);
+}
+
+void checkCompaction(const Context& context, uint64_t handle, const void* destination,
+                     size_t destinationSize) {
+    const void* source = checkedBlock(context, handle, "inputHandle");
+    if (!bvh::allowsCompaction(source))
+        tolerateCompaction(context, handle);
+    const uint64_t size = bvh::compactedSize(source);
+    if (destinationSize < size)
+        fail(Code::kInvalidValue, "outputBufferSizeInBytes = ", destinationSize,
+             " is less than the compacted size ", size);
+    const uint64_t from = uint64_t(source), to = uint64_t(destination);
+    if (from < to + size && to < from + size)
+        fail(Code::kInvalidValue, "outputBuffer = ", destination,
+             " overlaps the structure that is compacted");
+}
+
 } // namespace
 
 bvh::BuildInputs AccelInputs::view() const {
@@ -80,12 +103,15 @@ uint64_t cpu::buildAccel(const ContextPtr& context, AccelBuild request) {
     uint64_t handle =
         devlib::makeHandle(request.output, isInstances ? devlib::kTagIas : devlib::kTagGas);
     void* stream = request.stream;
-    if (request.update) {
-        context->device->synchronize(stream);
+    // A busy stream may still build the structure; then the work checks.
+    const bool checksNow = request.update && checksAtCall(*context, stream);
+    if (checksNow)
         bvh::checkUpdate(request.inputs->view(), request.options, request.output,
                          request.outputSize);
-    }
-    enqueue(context, stream, [context, request = std::move(request)] {
+    enqueue(context, stream, [context, request = std::move(request), checksNow] {
+        if (request.update && !checksNow)
+            bvh::checkUpdate(request.inputs->view(), request.options, request.output,
+                             request.outputSize);
         if (request.rules && request.inputs->instances && context->log)
             warnOfBrokenRule(*context, *request.inputs->instances, *request.rules);
         const auto run = request.update ? bvh::update : bvh::build;
@@ -99,23 +125,16 @@ uint64_t cpu::buildAccel(const ContextPtr& context, AccelBuild request) {
 
 uint64_t cpu::compactAccel(const ContextPtr& context, void* stream, uint64_t handle,
                            void* destination, size_t destinationSize) {
-    context->device->synchronize(stream);
-    const devlib::HandleTag tag = devlib::tagOf(handle);
-    const void* source = checkedBlock(*context, handle, "inputHandle");
-    if (!bvh::allowsCompaction(source))
-        tolerateCompaction(*context, handle);
-    uint64_t size = bvh::compactedSize(source);
-    if (destinationSize < size)
-        fail(Code::kInvalidValue, "outputBufferSizeInBytes = ", destinationSize,
-             " is less than the compacted size ", size);
-    uint64_t from = uint64_t(source), to = uint64_t(destination);
-    if (from < to + size && to < from + size)
-        fail(Code::kInvalidValue, "outputBuffer = ", destination,
-             " overlaps the structure that is compacted");
-    enqueue(context, stream, [source, destination, destinationSize] {
+    const bool checksNow = checksAtCall(*context, stream);
+    if (checksNow)
+        checkCompaction(*context, handle, destination, destinationSize);
+    enqueue(context, stream, [context, handle, destination, destinationSize, checksNow] {
+        if (!checksNow)
+            checkCompaction(*context, handle, destination, destinationSize);
+        const auto* const source = reinterpret_cast<const void*>(devlib::addressOf(handle));
         bvh::compact(source, destination, destinationSize);
     });
-    return devlib::makeHandle(destination, tag);
+    return devlib::makeHandle(destination, devlib::tagOf(handle));
 }
 
 bvh::RelocationInfo cpu::relocationInfo(const ContextPtr& context, uint64_t handle) {

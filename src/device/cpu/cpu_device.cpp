@@ -21,6 +21,10 @@ public:
     const void* streamContext(void* stream) override {
         return cpu::streams().isDefault(stream) ? nullptr : cpu::streams().find(stream)->owner();
     }
+    bool isIdle(void* stream) override {
+        const cpu::StreamPtr found = cpu::streams().find(stream);
+        return !cpu::streams().captureState(found).capture && cpu::streams().idle(found);
+    }
     void synchronize(void* stream) override {
         cpu::streams().synchronize(cpu::streams().find(stream));
         requireNoFault();

@@ -151,6 +151,10 @@ inline bool isCapturing(const Driver& driver, CUstream stream) {
     return driver.streamIsCapturing(stream, &status) == CUDA_SUCCESS &&
            status != CU_STREAM_CAPTURE_STATUS_NONE;
 }
+// Whether a stream has no work left; false while it captures.
+inline bool isIdle(const Driver& driver, CUstream stream) {
+    return !isCapturing(driver, stream) && driver.streamQuery(stream) == CUDA_SUCCESS;
+}
 
 // Whether the application itself mapped memory to the address (cuMemMap). A buffer may then consist
 // of several pieces, which may be replaced later. False if the driver cannot answer.

@@ -34,6 +34,11 @@ const void* GpuDevice::streamContext(void* stream) {
     return owner;
 }
 
+bool GpuDevice::isIdle(void* stream) {
+    ContextScope scope(context_);
+    return cuda::isIdle(driver(), CUstream(stream));
+}
+
 void GpuDevice::synchronize(void* stream) {
     ContextScope scope(context_);
     SUNSTONE_CU(streamSynchronize, CUstream(stream));

@@ -24,6 +24,7 @@ public:
     const char* name() const override { return name_.c_str(); }
     [[noreturn]] void enqueue(void* stream, std::function<void()> work) override;
     const void* streamContext(void* stream) override;
+    bool isIdle(void* stream) override;
     void synchronize(void* stream) override;
     void synchronizeAll() override;
     void* currentContext() override;

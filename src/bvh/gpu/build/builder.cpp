@@ -245,8 +245,7 @@ void Builder::upload(CUstream stream, CUdeviceptr to, const void* from, size_t s
 }
 
 bool Builder::isIdle(CUstream stream) const {
-    return !device::cuda::isCapturing(driver_, stream) &&
-           driver_.streamQuery(stream) == CUDA_SUCCESS;
+    return device::cuda::isIdle(driver_, stream);
 }
 
 void Builder::launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
