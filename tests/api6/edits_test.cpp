@@ -153,6 +153,22 @@ TEST_F(Edits, CudaCallsChangeBuffers) {
         EXPECT_EQ(set(address, 0, 1 << 16), CUDA_ERROR_INVALID_VALUE) << "beyond its end";
 }
 
+TEST_F(Edits, IdsOfDestroyedObjectsAreGivenAgain) {
+    int last = 0;
+    for (int i = 0; i < 5000; ++i) {
+        int id = 0;
+        RTbuffer made = buffer(RT_BUFFER_INPUT, RT_FORMAT_FLOAT, 1), found = nullptr;
+        ok(rtBufferGetId(made, &id));
+        ok(rtContextGetBufferFromId(context_, id, &found));
+        EXPECT_EQ(found, made);
+        EXPECT_NE(id, last) << "the last one stays invalid";
+        EXPECT_LT(id, 2500);
+        ok(rtBufferDestroy(made));
+        EXPECT_EQ(rtContextGetBufferFromId(context_, id, &found), RT_ERROR_INVALID_VALUE);
+        last = id;
+    }
+}
+
 TEST_F(Edits, MasksOfTheGroupWhereRaysStart) {
     RTgroup root = groupOf({group({instance(squares(1), {material("hit_mark")})})});
     const float hit = shoot(root)[0];

@@ -295,7 +295,7 @@ SUNSTONE_API RTresult rtContextGetDeviceCount(RTcontext handle, unsigned* count)
 namespace {
 
 template <class T, class Handle>
-void fromId(const std::vector<Ref<T>>& list, int id, const char* parameter, Handle* result,
+void fromId(const IdList<T>& list, int id, const char* parameter, Handle* result,
             const char* out) {
     requireNonNull(result, out);
     *result = nullptr;

@@ -252,10 +252,10 @@ void Context::deliverReports() {
 namespace {
 
 template <class T>
-int giveId(Context& context, T& object, std::vector<Ref<T>>& list) {
+int giveId(Context& context, T& object, IdList<T>& list) {
     if (object.id == 0) {
-        object.id = int(list.size());
-        list.push_back(std::static_pointer_cast<T>(object.shared_from_this()));
+        object.id = int(list.reserve());
+        list.set(unsigned(object.id), std::static_pointer_cast<T>(object.shared_from_this()));
         context.noteStructure();
     }
     return object.id;
@@ -271,25 +271,6 @@ int Context::idOf(TextureSampler& sampler) {
 }
 int Context::idOf(Program& program) {
     return giveId(*this, program, programs);
-}
-
-// Numbers of destroyed nodes are collected when the table has doubled, so that making many nodes
-// takes linear time.
-unsigned Context::addNode() {
-    if (freeNodes_.empty() && nodes.size() >= nextSearch_) {
-        for (unsigned i = 1; i < nodes.size(); ++i)
-            if (nodes[i].expired())
-                freeNodes_.push_back(i);
-        nextSearch_ = 2 * (nodes.size() - freeNodes_.size());
-    }
-    while (!freeNodes_.empty()) {
-        const unsigned id = freeNodes_.back();
-        freeNodes_.pop_back();
-        if (nodes[id].expired())
-            return id;
-    }
-    nodes.emplace_back();
-    return unsigned(nodes.size() - 1);
 }
 
 // ---- programs ---------------------------------------------------------------------------------

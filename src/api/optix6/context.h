@@ -3,6 +3,7 @@
 #pragma once
 
 #include "api/optix6/graph.h"
+#include "api/optix6/id_list.h"
 #include "api/optix6/texture_sampler.h"
 #include "engine/context.h"
 
@@ -44,7 +45,6 @@ public:
     int idOf(Buffer& buffer);
     int idOf(TextureSampler& sampler);
     int idOf(Program& program);
-    unsigned addNode();
 
     // For rtContextGetErrorString; of the last call that failed.
     std::string lastError;
@@ -77,10 +77,10 @@ public:
     std::map<RTcontextattribute, int> attributes; // that are stored and decide nothing
 
     // By id; 0 is none.
-    std::vector<Ref<Buffer>> buffers = std::vector<Ref<Buffer>>(1);
-    std::vector<Ref<TextureSampler>> samplers = std::vector<Ref<TextureSampler>>(1);
-    std::vector<Ref<Program>> programs = std::vector<Ref<Program>>(1);
-    std::vector<Ref<Node>> nodes = std::vector<Ref<Node>>(1);
+    IdList<Buffer> buffers{1024};
+    IdList<TextureSampler> samplers{1024};
+    IdList<Program> programs{1024};
+    IdList<Node> nodes{64}; // programs cannot keep their ids
     std::vector<Ref<Variable>> variables; // of all scopes
     std::vector<Ref<Buffer>> allBuffers;
     // That share their data with OpenGL.
@@ -122,8 +122,6 @@ private:
     std::mutex reportMutex_;
     std::vector<Report> reports_;
     uint32_t nextAttribute_ = devlib::kFirstAttribute;
-    std::vector<unsigned> freeNodes_;
-    size_t nextSearch_ = 64; // of nodes: look for free numbers
 };
 
 // RTexception in the order of the bits of Context::exceptions; the bit, or -1.

@@ -7,10 +7,10 @@
 namespace sunstone::optix6 {
 
 Node::Node(Kind kind, const std::shared_ptr<Context>& context)
-    : Scoped(kind, context), id(context->addNode()) {}
+    : Scoped(kind, context), id(context->nodes.reserve()) {}
 
 void Node::enlist() {
-    context()->nodes[id] = std::static_pointer_cast<Node>(shared_from_this());
+    context()->nodes.set(id, std::static_pointer_cast<Node>(shared_from_this()));
 }
 
 void Node::noteMoved() {

@@ -10,6 +10,8 @@
 #include "device/cpu/memory.h"
 #include "device/device.h"
 
+#include <sched.h>
+
 #include <algorithm>
 #include <system_error>
 
@@ -26,12 +28,22 @@ void relax() {
 #endif
 }
 
+// With one processor a thread that spins keeps the other from its work.
+bool hasOneProcessor() {
+    cpu_set_t allowed;
+    return sched_getaffinity(0, sizeof allowed, &allowed) == 0 && CPU_COUNT(&allowed) == 1;
+}
+int spins(int most) {
+    static const bool pays = !hasOneProcessor();
+    return pays ? most : 0;
+}
+
 std::atomic<uint64_t> nextStreamId{1};
 
 } // namespace
 
 void Completion::wait() const {
-    for (int i = 0; i < kWaiterSpins; ++i) {
+    for (int i = 0; i < spins(kWaiterSpins); ++i) {
         if (done())
             return;
         relax();
@@ -129,8 +141,8 @@ void Stream::close() {
 
 void Stream::run(std::shared_ptr<Stream> self) {
     for (;;) {
-        for (int i = 0; i < kWorkerSpins && self->pending_.load(std::memory_order_acquire) == 0;
-             ++i)
+        for (int i = 0;
+             i < spins(kWorkerSpins) && self->pending_.load(std::memory_order_acquire) == 0; ++i)
             relax();
         Item item;
         {

@@ -28,7 +28,7 @@ void fields(A& a, Context& c) {
     a.all(c.misses, c.stackSize, c.maxTraceDepth, c.isTraceDepthSet, c.maxCallableDepth,
           c.exceptions, c.wantsStackChecks, c.printEnabled, c.printIndex);
     // The tables of ids. Numbers are the application's: buffers and variables hold them.
-    a.all(c.buffers, c.samplers, c.programs);
+    a.all(c.buffers.list(), c.samplers.list(), c.programs.list());
 }
 
 template <class A>
