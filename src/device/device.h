@@ -57,4 +57,11 @@ public:
 // The CPU as a device; one per process.
 Device& cpuDevice();
 
+// Lends memory to the CPU device, or takes it back: CUDA calls and the memory check take it for
+// managed memory, which they do not free.
+void lendToCpuDevice(void* memory, size_t size);
+void takeFromCpuDevice(void* memory) noexcept;
+// Whether the address lies where the process has the CPU device's memory alone.
+bool isCpuDeviceAddress(const void* address);
+
 } // namespace sunstone::device

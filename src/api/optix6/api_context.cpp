@@ -295,8 +295,7 @@ SUNSTONE_API RTresult rtContextGetDeviceCount(RTcontext handle, unsigned* count)
 namespace {
 
 template <class T, class Handle>
-void fromId(const IdList<T>& list, int id, const char* parameter, Handle* result,
-            const char* out) {
+void fromId(const IdList<T>& list, int id, const char* parameter, Handle* result, const char* out) {
     requireNonNull(result, out);
     *result = nullptr;
     const std::shared_ptr<T> object =

@@ -80,7 +80,7 @@ public:
     IdList<Buffer> buffers{1024};
     IdList<TextureSampler> samplers{1024};
     IdList<Program> programs{1024};
-    IdList<Node> nodes{64}; // programs cannot keep their ids
+    IdList<Node> nodes{64};               // programs cannot keep their ids
     std::vector<Ref<Variable>> variables; // of all scopes
     std::vector<Ref<Buffer>> allBuffers;
     // That share their data with OpenGL.

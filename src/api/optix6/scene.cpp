@@ -397,7 +397,8 @@ bool Scene::hasMotion() const {
     });
 }
 
-// Whether no structure of instances is below another or below an instance, and there is no selector.
+// Whether no structure of instances is below another or below an instance, and there is no
+// selector.
 bool Scene::hasOneLevel() const {
     std::set<const Node*> groups; // and what leads to them
     for (const std::shared_ptr<Node>& node : order_) {
@@ -432,7 +433,8 @@ void Scene::makePipeline() {
                       pipeline_->limits.get().maxTraceDepth == limits.maxTraceDepth;
     if (same && !needsPipeline_)
         return reserveStack();
-    // Programs that are exchanged back and forth stay, unless they may be why the last attempt failed.
+    // Programs that are exchanged back and forth stay, unless they may be why the last attempt
+    // failed.
     constexpr uint32_t kKeptPipelines = 8;
     std::erase_if(groups_, [&](const auto& entry) {
         const BoundGroup& group = entry.second;

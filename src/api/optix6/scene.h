@@ -130,12 +130,12 @@ private:
     struct BoundGroup {
         std::shared_ptr<engine::ProgramGroup> group;
         std::vector<std::shared_ptr<const ProgramCode>> codes; // their addresses are in the key
-        uint32_t bind = 0, pipeline = 0;                       // numbers of the last ones that use it
+        uint32_t bind = 0, pipeline = 0; // numbers of the last ones that use it
     };
     std::map<GroupKey, BoundGroup> groups_;
     uint32_t bind_ = 0, pipelines_ = 0; // how many have been made
     bool isBroken_ = false;             // the last attempt to make a pipeline failed
-    std::set<uint32_t> compiled_; // numbers of groups in the pipeline
+    std::set<uint32_t> compiled_;       // numbers of groups in the pipeline
     bool needsPipeline_ = true;
     std::shared_ptr<engine::Pipeline> pipeline_;
     compiler::PipelineRules rules_;

@@ -678,8 +678,8 @@ private:
         if (!(exceptions() & devlib::kClassicTextureId))
             return handle;
         llvm::MDNode* rare = llvm::MDBuilder(unit_.context()).createBranchWeights(1, 10000);
-        builder_.SetInsertPoint(llvm::SplitBlockAndInsertIfThen(builder_.CreateIsNull(handle),
-                                                                call_, false, rare));
+        builder_.SetInsertPoint(
+            llvm::SplitBlockAndInsertIfThen(builder_.CreateIsNull(handle), call_, false, rare));
         zeros(builder_.getInt32(16), builder_.getInt32(devlib::kCodeTextureId));
         builder_.SetInsertPoint(call_);
         return handle;

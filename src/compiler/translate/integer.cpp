@@ -26,8 +26,8 @@ void FunctionTranslator::subtract(const ptx::Instruction& instruction) {
 }
 
 // a ± b, with the carry flag where the opcode says so (addc, subc, madc read it; .cc writes it).
-// The flag is an adder's carry, as code of nvcc for 128-bit division counts on: a subtraction sets it
-// where it does not borrow.
+// The flag is an adder's carry, as code of nvcc for 128-bit division counts on: a subtraction sets
+// it where it does not borrow.
 void FunctionTranslator::addInteger(const ptx::Instruction& instruction, Value* a, Value* b,
                                     unsigned bits, bool subtract) {
     const bool readsCarry = instruction.opcode.back() == 'c'; // addc, subc, madc

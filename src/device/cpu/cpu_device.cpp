@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "device/cpu/context.h"
 #include "device/cpu/memory.h"
+#include "device/cpu/pages.h"
 #include "device/cpu/stream.h"
 #include "device/device.h"
 
@@ -52,6 +53,17 @@ private:
 };
 
 } // namespace
+
+void lendToCpuDevice(void* memory, size_t size) {
+    // Refused where the application has registered the addresses.
+    cpu::memory().adopt(memory, size, cpu::MemoryKind::kManagedVariable, 0, nullptr);
+}
+void takeFromCpuDevice(void* memory) noexcept {
+    cpu::memory().release(memory, {cpu::MemoryKind::kManagedVariable});
+}
+bool isCpuDeviceAddress(const void* address) {
+    return cpu::pages().holds(address);
+}
 
 Device& cpuDevice() {
     static CpuDevice* device = new CpuDevice; // outlives every worker thread

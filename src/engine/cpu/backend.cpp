@@ -2,7 +2,6 @@
 #include "engine/cpu/backend.h"
 
 #include "base/error.h"
-#include "device/cpu/memory.h"
 #include "texture/texture.h"
 
 #include <algorithm>
@@ -13,9 +12,6 @@ namespace sunstone::engine {
 namespace {
 
 class CpuBackend final : public Backend {
-    // Managed memory that the driver's functions do not free.
-    static constexpr auto kSharedKind = device::cpu::MemoryKind::kManagedVariable;
-
 public:
     device::Device& device() override { return device::cpuDevice(); }
     bool sharesMemory() const override { return true; }
@@ -28,11 +24,11 @@ public:
             fail(Code::kOutOfMemory, "no memory for ", bytes, " bytes");
         std::memset(memory, 0, whole);
         // CUDA calls take its addresses, and the memory check knows its size.
-        device::cpu::memory().adopt(memory, std::max<size_t>(bytes, 1), kSharedKind, 0, nullptr);
+        device::lendToCpuDevice(memory, std::max<size_t>(bytes, 1));
         return memory;
     }
     void freeShared(void* memory) noexcept override {
-        device::cpu::memory().release(memory, {kSharedKind});
+        device::takeFromCpuDevice(memory);
         std::free(memory);
     }
     void copy(void* to, const void* from, size_t bytes) override { std::memcpy(to, from, bytes); }

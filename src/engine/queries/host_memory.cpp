@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether the host may access a range, without a fault. Source: Linux manual, process_vm_readv(2),
 // madvise(2) and proc(5).
-#include "device/cpu/pages.h"
 #include "device/device.h"
 #include "engine/queries/queries.h"
 
@@ -74,7 +73,7 @@ bool isHostMemory(const void* start, uint64_t bytes, bool written) {
     if (!isInAddressSpace(address, bytes))
         return false;
     // Freed memory of the CPU device keeps its access until a stream runs.
-    if (device::cpu::pages().holds(start))
+    if (device::isCpuDeviceAddress(start))
         return device::cpuDevice().isAccessible(start, bytes);
     return (bytes <= (kFewPages - 1) * kPage &&
             (written ? canWrite(address, bytes) : canRead(address, bytes))) ||
