@@ -125,7 +125,7 @@ public:
                           std::numeric_limits<float>::quiet_NaN());
                 const uint32_t number = numberOf(words[lane]);
                 if (words[lane] != kUnusedLane && store_.active(number))
-                    shapeLane({store_.shape, store_.pointsOf(number, key)}, words[lane],
+                    shapeLane(store_.shape, store_.pointsOf(number, key), words[lane],
                               store_.keys > 1, values);
                 for (uint32_t row = 0; row + 1 < rows_; ++row)
                     rows[row * lanes + lane] = values[row];

@@ -219,25 +219,25 @@ SUNSTONE_SHAPES void shapeBox(const ShapePoints& at, uint32_t word, float lower[
 }
 
 // A leaf's data of the piece at one motion key: the rows after the first (curves.h, spheres.h).
-SUNSTONE_SHAPES void shapeLane(const ShapePoints& at, uint32_t word, bool moving, float* rows) {
+SUNSTONE_SHAPES void shapeLane(uint32_t shape, const float* points, uint32_t word, bool moving,
+                               float* rows) {
     using namespace shape_math;
-    if (!isCurveBasis(at.shape)) {
+    if (!isCurveBasis(shape)) {
         for (int i = 0; i < 4; ++i)
-            rows[i] = at.points[i];
+            rows[i] = points[i];
         return;
     }
-    const CurveBasis basis = CurveBasis(at.shape);
-    if (basis == CurveBasis::kLinear) {
+    if (CurveBasis(shape) == CurveBasis::kLinear) {
         for (int end = 0; end < 2; ++end) {
-            const float radius = at.points[4 * end + 3];
+            const float radius = points[4 * end + 3];
             for (int i = 0; i < 3; ++i)
-                rows[3 * end + i] = at.points[4 * end + i];
+                rows[3 * end + i] = points[4 * end + i];
             rows[6 + end] = radius > 0 ? radius : 0;
         }
         return;
     }
     Vec4 b[4];
-    at.piece(word).hull(b);
+    ShapePoints(shape, points).piece(word).hull(b);
     double radius = greater(magnitude(b[0][3]), magnitude(b[3][3]));
     for (int i = 1; i < 3; ++i) {
         // Distances from fixed places on the chord can be interpolated between keys.

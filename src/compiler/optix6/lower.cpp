@@ -36,6 +36,31 @@ devlib::ClassicBlock blockOf(ProgramKind kind) {
                                                 : devlib::kBlockMain;
 }
 
+const char* describe(ProgramKind kind) {
+    switch (kind) {
+    case ProgramKind::kRaygen:
+        return "ray generation program";
+    case ProgramKind::kIntersection:
+        return "intersection program";
+    case ProgramKind::kAnyHit:
+        return "any-hit program";
+    case ProgramKind::kClosestHit:
+        return "closest-hit program";
+    case ProgramKind::kMiss:
+        return "miss program";
+    case ProgramKind::kException:
+        return "exception program";
+    case ProgramKind::kBounds:
+        return "bounding box program";
+    case ProgramKind::kAttribute:
+        return "attribute program";
+    case ProgramKind::kVisit:
+        return "visit program";
+    default:
+        return "callable program";
+    }
+}
+
 // Lowers the calls of one program.
 class Lowering : public ProgramLowering {
 public:
@@ -129,7 +154,9 @@ private:
 
     void lower() override {
         if (kind_ != ProgramKind::kNone && !(intrinsic_->kinds & kindBit(kind_)))
-            fault(ErrorCode::kInvalidFunctionUse, "cannot be used in a program of this kind");
+            fault(ErrorCode::kInvalidFunctionUse,
+                  message("cannot be used in ", describe(kind_), " \"",
+                          sourceName(program_.getName().str()), "\""));
         requireProgramItself();
         switch (Op(intrinsic_->op)) {
         case Op::kTrace:

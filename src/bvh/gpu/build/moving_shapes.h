@@ -58,7 +58,7 @@ SUNSTONE_KERNEL sunstone_moving_shapes(BuildJob job) {
 // A record's data of a piece at a key. Radii of linear segments are clamped after interpolation, as
 // on the CPU.
 SUNSTONE_INLINE void movingRows(const ShapePoints& shape, uint32_t word, float rows[8]) {
-    shapeLane(shape, word, true, rows);
+    shapeLane(shape.shape, shape.points, word, true, rows);
     if (CurveBasis(shape.shape) == CurveBasis::kLinear) {
         rows[6] = shape.points[3];
         rows[7] = shape.points[7];

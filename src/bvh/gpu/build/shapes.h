@@ -151,7 +151,7 @@ SUNSTONE_INLINE bool writeShapeRecord(const BuildJob& job, uint32_t place, uint3
     }
     const ShapePoints shape = {job.shape, points};
     float rows[8] = {};
-    shapeLane(shape, word, false, rows);
+    shapeLane(job.shape, points, word, false, rows);
     storeCurve(to, rows, word, from, isBentPiece(shape, word) ? kCurveBent : 0u);
     return active;
 }
