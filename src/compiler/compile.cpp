@@ -45,7 +45,8 @@ const ptx::Function& requestedFunction(const ProgramRequest& request) {
     if (!function || !function->hasBody)
         fail(ErrorCode::kNotFound, "the module has no function \"", request.function, "\"");
     if (request.kind == ProgramKind::kNone)
-        fail(ErrorCode::kInvalidValue, "\"", request.function, "\" is requested as no kind of program");
+        fail(ErrorCode::kInvalidValue, "\"", request.function,
+             "\" is requested as no kind of program");
     return *function;
 }
 
@@ -162,9 +163,9 @@ private:
         pieces_.resize(request_.programs.size());
         for (size_t i = 0; i < pieces_.size(); ++i) {
             const ProgramRequest& program = request_.programs[i];
-            const auto own = uint32_t(
-                std::find(modules_.begin(), modules_.end(), program.module.get()) -
-                modules_.begin());
+            const auto own =
+                uint32_t(std::find(modules_.begin(), modules_.end(), program.module.get()) -
+                         modules_.begin());
             Piece& piece = pieces_[i];
             piece.request.flavor = request_.flavor;
             piece.request.rules = request_.rules;
@@ -276,10 +277,10 @@ private:
             }
         }
         for (const auto& [name, line] : lines)
-            code_->feedback_ += message(
-                "bound value \"", line.first->annotation, "\", bytes ", line.first->offset, " to ",
-                line.first->offset + line.first->bytes.size() - 1, ": ", line.second,
-                line.second == 1 ? " load" : " loads", " specialised\n");
+            code_->feedback_ +=
+                message("bound value \"", line.first->annotation, "\", bytes ", line.first->offset,
+                        " to ", line.first->offset + line.first->bytes.size() - 1, ": ",
+                        line.second, line.second == 1 ? " load" : " loads", " specialised\n");
     }
 
     const PipelineRequest& request_;
@@ -299,12 +300,17 @@ std::unique_ptr<Code> compilePipeline(const PipelineRequest& request, ObjectStor
     return PipelineBuild(request, store).run();
 }
 
+std::vector<const ptx::Function*> undefinedFunctions(const ptx::Module& module) {
+    std::vector<const ptx::Function*> found;
+    for (const ptx::Function& function : module.functions)
+        if (!module.findFunction(function.name)->hasBody && !providedFunction(function.name))
+            found.push_back(&function);
+    return found;
+}
+
 bool isSelfContained(const ptx::Module& module, const PipelineRules& rules) {
-    for (const ptx::Function& function : module.functions) {
-        const ptx::Function* definition = module.findFunction(function.name);
-        if (!definition->hasBody && !providedFunction(function.name))
-            return false;
-    }
+    if (!undefinedFunctions(module).empty())
+        return false;
     return std::all_of(
         module.variables.begin(), module.variables.end(), [&](const ptx::Variable& variable) {
             return variable.linkage != ptx::Linkage::kExtern ||

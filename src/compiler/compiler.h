@@ -190,6 +190,9 @@ struct PipelineRequest {
 // kInternal for our own faults; of several faulty programs the first one's error.
 std::unique_ptr<Code> compilePipeline(const PipelineRequest& request, ObjectStore* store = nullptr);
 
+// Functions that the module declares and neither it nor the library defines.
+std::vector<const ptx::Function*> undefinedFunctions(const ptx::Module& module);
+
 // Whether a program of this module can be compiled without knowing the other modules of its
 // pipeline: it declares no functions or variables that are defined elsewhere.
 bool isSelfContained(const ptx::Module& module, const PipelineRules& rules);

@@ -108,6 +108,12 @@ Result examine(const std::string& text, const CheckOptions& options) {
     try {
         result.summary = compiler::inspect(*result.module, rules, moduleRules);
         result.ok = true;
+        for (const ptx::Function* function : compiler::undefinedFunctions(*result.module))
+            result.faults.push_back(
+                {"warning", function->location,
+                 message("function \"", function->name,
+                         "\" is declared, but not defined here: another module of the program "
+                         "must define it")});
     } catch (const Error& error) {
         result.faults.push_back(splitPlace(error.what()));
     }
