@@ -160,13 +160,14 @@ void* contextOf(const void* address) {
 class CurrentContext {
 public:
     explicit CurrentContext(void* context) : pushed_(context != nullptr) {
-        if (pushed_ && loadedCuda()->ctxPushCurrent(CUcontext(context)) != CUDA_SUCCESS)
+        const Cuda* const cuda = pushed_ ? loadedCuda() : nullptr;
+        if (pushed_ && (!cuda || cuda->ctxPushCurrent(CUcontext(context)) != CUDA_SUCCESS))
             fail(Code::kCudaError, "the scene's CUDA context does not exist any more");
     }
     ~CurrentContext() {
         CUcontext popped = nullptr;
-        if (pushed_)
-            loadedCuda()->ctxPopCurrent(&popped);
+        if (const Cuda* const cuda = pushed_ ? loadedCuda() : nullptr)
+            cuda->ctxPopCurrent(&popped);
     }
     CurrentContext(const CurrentContext&) = delete;
     CurrentContext& operator=(const CurrentContext&) = delete;

@@ -30,9 +30,9 @@ public:
     void make();
     // Makes the kernel the only visible function of the linked module.
     void hideOthers();
-    // After optimisation: folds the states of rays in the kernel's memory into registers.
     // With O1 a kernel that walks in step ended with an illegal instruction, of unknown cause.
     GpuEffort effort() const { return walksInStep() ? GpuEffort::kMuch : GpuEffort::kLittle; }
+    // After optimisation: folds the states of rays in the kernel's memory into registers.
     void foldStates();
     // Gives the states their final layout and place. Returns the bytes of memory that a warp
     // claims for those that are not in local memory (devlib/gpu/lane_memory.h), or 0.
