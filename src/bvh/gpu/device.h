@@ -77,9 +77,12 @@ SUNSTONE_INLINE void linkNodes(const BuildJob& job) {
 
 // Earlier writes of this thread, and of threads it has synchronised with, are visible to any thread
 // that sees its next write. __threadfence() also orders such writes among all threads, which takes
-// longer.
+// longer. Where there is one block, it is the only one that looks.
 SUNSTONE_INLINE void fence() {
-    asm volatile("fence.acq_rel.gpu;" ::: "memory");
+    if (gridDim.x == 1)
+        asm volatile("fence.acq_rel.cta;" ::: "memory");
+    else
+        asm volatile("fence.acq_rel.gpu;" ::: "memory");
 }
 
 // Loads of data that other multiprocessors write while the kernel runs.

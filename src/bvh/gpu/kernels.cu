@@ -9,4 +9,5 @@
 #include "bvh/gpu/build/references.h"
 #include "bvh/gpu/build/refit.h"
 #include "bvh/gpu/build/relocate.h"
+#include "bvh/gpu/build/small.h"
 #include "bvh/gpu/build/sort.h"

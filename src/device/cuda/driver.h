@@ -36,6 +36,10 @@ namespace sunstone::device::cuda {
     X(ctxSetLimit, cuCtxSetLimit)                                                                  \
     X(ctxGetLimit, cuCtxGetLimit)                                                                  \
     X(moduleLoadDataEx, cuModuleLoadDataEx)                                                        \
+    X(linkCreate, cuLinkCreate)                                                                    \
+    X(linkAddData, cuLinkAddData)                                                                  \
+    X(linkComplete, cuLinkComplete)                                                                \
+    X(linkDestroy, cuLinkDestroy)                                                                  \
     X(moduleUnload, cuModuleUnload)                                                                \
     X(moduleGetFunction, cuModuleGetFunction)                                                      \
     X(moduleGetGlobal, cuModuleGetGlobal)                                                          \

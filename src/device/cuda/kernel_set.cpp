@@ -120,51 +120,7 @@ CUfunction KernelSet::loadOne(uint32_t kernel, std::string code) {
 
 // ---- modules of one kernel --------------------------------------------------------------------
 
-namespace {
-
-bool isNamePart(char c) {
-    return c == '_' || c == '$' || (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
-           (c >= 'A' && c <= 'Z');
-}
-
-// The name is the word before the parameters; a function's results come first.
-std::string_view nameIn(std::string_view head) {
-    if (const size_t results = head.find(".func"); results != head.npos) {
-        head.remove_prefix(results + 5);
-        const size_t start = head.find_first_not_of(" \t\n");
-        if (start != head.npos && head[start] == '(')
-            head.remove_prefix(head.find(')') + 1);
-    } else {
-        head.remove_prefix(head.find(".entry") + 6);
-    }
-    const size_t first = size_t(std::find_if(head.begin(), head.end(), isNamePart) - head.begin());
-    head.remove_prefix(first);
-    return head.substr(
-        0, size_t(std::find_if_not(head.begin(), head.end(), isNamePart) - head.begin()));
-}
-
-} // namespace
-
-KernelTexts::KernelTexts(std::string_view ptx) {
-    size_t begin = 0, at = 0;
-    while (at < ptx.size()) {
-        const std::string_view line = ptx.substr(at, ptx.find('\n', at) - at);
-        const bool isKernel = line.starts_with('.') && line.find(".entry") != line.npos;
-        const bool isStart = isKernel || (line.starts_with('.') && line.find(".func") != line.npos);
-        const size_t body = isStart ? ptx.find_first_of("{;", at) : ptx.npos;
-        if (body == ptx.npos) {
-            at += line.size() + 1;
-            continue;
-        }
-        // A body ends with a brace in the first column.
-        const size_t brace = ptx[body] == ';' ? body - 1 : ptx.find("\n}", body);
-        const size_t end = brace == ptx.npos ? ptx.size() : brace + 2;
-        pieces_.push_back({ptx.substr(begin, at - begin), {}});
-        pieces_.push_back({ptx.substr(at, end - at), nameIn(ptx.substr(at, body - at)), isKernel});
-        begin = at = end;
-    }
-    pieces_.push_back({ptx.substr(begin), {}});
-}
+KernelTexts::KernelTexts(std::string_view ptx) : pieces_(ptxPieces(ptx)) {}
 
 std::string KernelTexts::moduleOf(std::string_view kernel) const {
     std::vector<bool> isWanted(pieces_.size());

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "device/cuda/driver.h"
+#include "device/cuda/ptx_parts.h"
 
 #include <atomic>
 #include <condition_variable>
@@ -73,20 +74,14 @@ private:
 };
 
 // Splits a PTX module into modules of one kernel each, with the functions it calls and all
-// variables. Kernels and functions begin at the start of a line, as LLVM writes them. The text must
-// outlive this object.
+// variables. The text must outlive this object.
 class KernelTexts {
 public:
     explicit KernelTexts(std::string_view ptx);
     std::string moduleOf(std::string_view kernel) const;
 
 private:
-    // A kernel, a definition or declaration of a function, or the text between two of these.
-    struct Piece {
-        std::string_view text, name; // of a kernel or function
-        bool isKernel = false;
-    };
-    std::vector<Piece> pieces_;
+    std::vector<PtxPiece> pieces_;
 };
 
 } // namespace sunstone::device::cuda

@@ -54,7 +54,8 @@ const Functions* functions() {
     return isThere ? &all : nullptr;
 }
 
-std::string text(Compiler compiler, int (*sizeOf)(Compiler, size_t*), int (*read)(Compiler, char*)) {
+std::string text(Compiler compiler, int (*sizeOf)(Compiler, size_t*),
+                 int (*read)(Compiler, char*)) {
     size_t size = 0;
     if (sizeOf(compiler, &size) != 0 || size == 0)
         return {};
@@ -81,7 +82,7 @@ bool hasPtxCompiler() {
 }
 
 std::optional<MachineCode> compilePtx(const std::string& ptx, unsigned computeCapability,
-                                      unsigned maxRegisters) {
+                                      unsigned maxRegisters, PtxUse use) {
     const Functions* const call = functions();
     if (!call)
         return {};
@@ -100,13 +101,15 @@ std::optional<MachineCode> compilePtx(const std::string& ptx, unsigned computeCa
     std::vector<const char*> options = {device.c_str(), "--verbose"};
     if (maxRegisters != 0)
         options.insert(options.begin() + 1, registers.c_str());
+    if (use == PtxUse::kPart)
+        options.push_back("--compile-only");
     MachineCode code;
     size_t size = 0;
     if (call->compile(owned.compiler, int(options.size()), options.data()) != 0 ||
         call->programSize(owned.compiler, &size) != 0 || size == 0) {
         log(LogLevel::kDebug, "device",
-            message(kPtxCompilerLibrary, " refuses a text: ",
-                    text(owned.compiler, call->errorSize, call->error)));
+            message(kPtxCompilerLibrary,
+                    " refuses a text: ", text(owned.compiler, call->errorSize, call->error)));
         return {};
     }
     code.cubin.resize(size);

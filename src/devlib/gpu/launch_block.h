@@ -30,6 +30,7 @@ struct LaunchSaying {
 struct WarpPace {
     uint64_t rays, time;
 };
+constexpr unsigned kPatienceWays = 3;
 
 struct LaunchReport {
     uint64_t raised;  // exception of the run-time
@@ -43,7 +44,7 @@ struct LaunchReport {
     // launch index above so that they are of the same one (ReportWord).
     static constexpr unsigned kWords = 12;
     uint64_t raisedDetails[kWords], unseenDetails[kWords];
-    WarpPace paces[2]; // by patience, if LaunchWork::isMeasured
+    WarpPace paces[kPatienceWays]; // by patience, if LaunchWork::isMeasured
     LaunchSaying saying;
 };
 
@@ -65,7 +66,8 @@ inline LaunchReport emptyReport() {
     report.unknown = report.usual = 0;
     for (unsigned i = 0; i < LaunchReport::kWords; ++i)
         report.raisedDetails[i] = report.unseenDetails[i] = kNoReport;
-    report.paces[0] = report.paces[1] = {};
+    for (WarpPace& pace : report.paces)
+        pace = {};
     report.saying = {};
     return report;
 }
@@ -99,18 +101,19 @@ struct LaunchWork {
     uint64_t next;  // the first that no warp has taken
     uint64_t count; // of all tiles, those behind the edges too
     // What idle lanes may cost before a warp looks after them, in steps of lanes through nodes.
-    // Blocks use the two by turns.
-    uint32_t patience[2];
+    // Blocks use the ways by turns.
+    uint32_t patience[kPatienceWays];
     uint32_t isMeasured; // warps report their pace
-    uint32_t pad;
     LaneMemory laneMemory;
 };
 
 // Which patience is the faster one depends on programs and scene (engine/gpu/patience.h): warps
-// that look after idle lanes early gain where lengths of rays differ much, those that wait for all
-// lanes where programs between rays are long.
+// that look after idle lanes early gain where lengths of rays differ much, those that wait for the
+// rays of all lanes where programs between rays are long. With patience for whole tiles, lanes also
+// wait with new launch indices until all of them want one: neighbours then stay together.
 constexpr uint32_t kShortPatience = 128;
-constexpr uint32_t kLongPatience = 0x0FFFFFFF; // kernels may take a multiple
+constexpr uint32_t kLongPatience = 0x0FFFFFFE; // kernels may take a multiple
+constexpr uint32_t kTilePatience = 0x0FFFFFFF;
 
 struct LaunchBlock {
     LaunchState launch;

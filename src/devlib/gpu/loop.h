@@ -40,6 +40,13 @@ SUNSTONE_INLINE uint64_t takeNumber(LaunchWork& work, uint32_t wanting) {
     return (uint64_t(high) << 32 | low) + countOf(wanting & ((1u << lane) - 1));
 }
 
+SUNSTONE_INLINE uint32_t patienceIndex() {
+    return uint32_t(__nvvm_read_ptx_sreg_ctaid_x()) % kPatienceWays;
+}
+SUNSTONE_INLINE uint32_t patienceOf(const LaunchBlock& block) {
+    return block.work.patience[patienceIndex()];
+}
+
 // What a lane is about.
 enum class Lane : uint32_t {
     kIdle,    // it has no launch index
@@ -52,7 +59,7 @@ enum class Lane : uint32_t {
 // all of the warp.
 SUNSTONE_INLINE bool takeIndex(LaunchBlock& block, Lane lane, bool& more, uint32_t index[3]) {
     const uint32_t idle = ballot(lane == Lane::kIdle);
-    if (!more || idle == 0)
+    if (!more || idle == 0 || (idle != kAllLanes && patienceOf(block) == kTilePatience))
         return false;
     const uint64_t number = takeNumber(block.work, idle);
     const bool exists = number < block.work.count;
@@ -80,10 +87,6 @@ SUNSTONE_INLINE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Wa
     tracer.found = true; // as if found by a ray that wants no program
     tracer.rayFlags = kRayDisableClosestHit;
     return Lane::kEnded;
-}
-
-SUNSTONE_INLINE uint32_t patienceIndex() {
-    return uint32_t(__nvvm_read_ptx_sreg_ctaid_x()) & 1u;
 }
 
 // Counts a warp's rays and its time.
@@ -177,8 +180,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
         }
         if (lane == Lane::kAsks)
             lane = begin(&asked, tracer, ray, walker, levels);
-        walkTogether<false>(more, lane, tracer, ray, walker, stack, levels,
-                            block.work.patience[patienceIndex()]);
+        walkTogether<false>(more, lane, tracer, ray, walker, stack, levels, patienceOf(block));
         pace.add(lane);
         if (lane == Lane::kEnded) {
             uint32_t hitGroup = 0;

@@ -120,7 +120,7 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
             lane = begin(tracer.state, tracer, ray, walker, levels);
         }
         walkTogether<kInStep>(more, lane, tracer, ray, walker, stack, levels,
-                              kNestedPatience * block.work.patience[patienceIndex()]);
+                              kNestedPatience * patienceOf(block));
         pace.add(lane);
         if (lane == Lane::kEnded)
             lane = goOn(waiting, tracer, ray, depth) ? Lane::kAsks : Lane::kIdle;

@@ -10,7 +10,7 @@
 #include "compiler/flavor.h"
 #include "compiler/gpu/header.h"
 #include "compiler/gpu/pipeline.h"
-#include "device/cuda/ptx_compiler.h"
+#include "device/cuda/ptx_parts.h"
 #include "devlib/flags.h"
 #include "devlib/gpu/launch_block.h"
 #include "devlib/gpu_runtime.h"
@@ -117,12 +117,20 @@ bool spills(std::string_view log, bool recurses) {
 // as the first.
 std::optional<MachineCode> machineCodeOf(const compiler::GpuCode& code,
                                          const compiler::GpuPipelineRequest& request,
-                                         unsigned registers) {
+                                         unsigned registers, CUcontext context) {
     constexpr unsigned kThreads = 4;
     std::optional<MachineCode> made[2];
     const unsigned most[2] = {registers, kMostRegisters};
+    const std::vector<std::string> parts =
+        hasPtxCompiler() ? splitPtx(code.ptx) : std::vector<std::string>();
     const auto make = [&](size_t i) {
-        made[i] = compilePtx(code.ptx, request.target.computeCapability, most[i]);
+        const unsigned capability = request.target.computeCapability;
+        if (!parts.empty()) {
+            ContextScope scope(context);
+            made[i] = compileParts(driver(), parts, capability, most[i]);
+        }
+        if (!made[i])
+            made[i] = compilePtx(code.ptx, capability, most[i]);
     };
     const uint32_t shapes = bvh::gpu::shapeBitsOf(request.pipeline.rules.primitiveTypeFlags);
     const bool oftenSpills = code.recurses || (shapes & bvh::gpu::kMeetsCurves);
@@ -252,7 +260,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     }
     if (!entry.loaded) {
         const unsigned registers = registersOf(request, code.takesTurns);
-        if (auto made = machineCodeOf(code, request, registers)) {
+        if (auto made = machineCodeOf(code, request, registers, device_.context())) {
             code.machineCode = std::move(made->cubin);
             compiler::measureGpuStack(code, made->log);
             isKept = false;

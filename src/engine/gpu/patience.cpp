@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/gpu/patience.h"
 
+#include <algorithm>
+#include <iterator>
+
 namespace sunstone::engine {
 
 namespace {
@@ -10,36 +13,39 @@ constexpr uint64_t kEnoughRays = 1 << 18;
 // Scenes and cameras change: so many launches later both ways are tried again.
 constexpr unsigned kLaunchesOfAChoice = 64;
 
-double rateOf(const devlib::WarpPace& sum) {
-    return double(sum.rays) / double(sum.time);
+bool isSlower(const devlib::WarpPace& a, const devlib::WarpPace& b) {
+    return double(a.rays) * double(b.time) < double(b.rays) * double(a.time);
 }
 
 } // namespace
 
 bool WarpPatience::isMeasured() const {
-    return sums_[0].rays >= kEnoughRays && sums_[1].rays >= kEnoughRays && sums_[0].time != 0 &&
-           sums_[1].time != 0;
+    return std::ranges::all_of(sums_, [](const devlib::WarpPace& each) {
+        return each.rays >= kEnoughRays && each.time != 0;
+    });
 }
 
 void WarpPatience::choose(devlib::LaunchWork& work, bool mayTry) {
-    constexpr uint32_t kWays[2] = {devlib::kShortPatience, devlib::kLongPatience};
+    constexpr uint32_t kWays[] = {devlib::kShortPatience, devlib::kLongPatience,
+                                  devlib::kTilePatience};
+    static_assert(std::size(kWays) == devlib::kPatienceWays);
     std::lock_guard lock(mutex_);
     if (isMeasured() && ++launches_ >= kLaunchesOfAChoice) {
         launches_ = 0;
-        sums_[0] = sums_[1] = {};
+        std::ranges::fill(sums_, devlib::WarpPace{});
     }
     const bool tries = mayTry && !isMeasured();
-    const uint32_t better = isMeasured() && rateOf(sums_[1]) > rateOf(sums_[0]);
-    for (uint32_t i = 0; i < 2; ++i)
-        work.patience[i] = kWays[tries ? i : better];
+    const auto best = isMeasured() ? std::ranges::max_element(sums_, isSlower) - sums_ : 0;
+    for (size_t i = 0; i < std::size(kWays); ++i)
+        work.patience[i] = kWays[tries ? i : size_t(best)];
     work.isMeasured = tries;
 }
 
-void WarpPatience::learn(const devlib::WarpPace (&paces)[2]) {
+void WarpPatience::learn(const devlib::WarpPace (&paces)[devlib::kPatienceWays]) {
     std::lock_guard lock(mutex_);
     if (isMeasured()) // a launch that was queued before the choice
         return;
-    for (unsigned i = 0; i < 2; ++i) {
+    for (unsigned i = 0; i < devlib::kPatienceWays; ++i) {
         sums_[i].rays += paces[i].rays;
         sums_[i].time += paces[i].time;
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How long the warps of a pipeline wait for the rays of their slowest lanes before they look after
-// idle ones (devlib/gpu/loop.h). Launches of the pipeline try two ways side by side, and later ones
-// take the faster; pictures are the same either way.
+// idle ones (devlib/gpu/loop.h). Launches of the pipeline try all ways side by side, and later ones
+// take the fastest; pictures are the same either way.
 #pragma once
 
 #include "devlib/gpu/launch_block.h"
@@ -18,13 +18,13 @@ public:
     // not.
     void choose(devlib::LaunchWork& work, bool mayTry);
     // What a launch has reported.
-    void learn(const devlib::WarpPace (&paces)[2]);
+    void learn(const devlib::WarpPace (&paces)[devlib::kPatienceWays]);
 
 private:
     bool isMeasured() const;
 
     std::mutex mutex_;
-    devlib::WarpPace sums_[2] = {};
+    devlib::WarpPace sums_[devlib::kPatienceWays] = {};
     unsigned launches_ = 0; // since the choice was measured last
 };
 

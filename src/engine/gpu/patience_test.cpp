@@ -14,25 +14,28 @@ devlib::LaunchWork next(WarpPatience& patience, bool mayTry = true) {
     return work;
 }
 
-TEST(WarpPatience, FirstLaunchTriesBoth) {
+TEST(WarpPatience, FirstLaunchTriesAll) {
     WarpPatience patience;
     const devlib::LaunchWork work = next(patience);
     EXPECT_TRUE(work.isMeasured);
     EXPECT_EQ(work.patience[0], devlib::kShortPatience);
     EXPECT_EQ(work.patience[1], devlib::kLongPatience);
+    EXPECT_EQ(work.patience[2], devlib::kTilePatience);
 }
 
-TEST(WarpPatience, TheFasterWayIsTaken) {
-    for (uint32_t faster : {0u, 1u}) {
+TEST(WarpPatience, TheFastestWayIsTaken) {
+    constexpr uint32_t kWays[] = {devlib::kShortPatience, devlib::kLongPatience,
+                                  devlib::kTilePatience};
+    for (size_t fastest = 0; fastest < std::size(kWays); ++fastest) {
         WarpPatience patience;
         next(patience);
-        devlib::WarpPace paces[2] = {{kMany, 1000}, {kMany, 1000}};
-        paces[1 - faster].time += 10;
+        devlib::WarpPace paces[] = {{kMany, 1000}, {kMany, 1000}, {kMany, 1000}};
+        paces[fastest].time -= 10;
         patience.learn(paces);
         const devlib::LaunchWork work = next(patience);
         EXPECT_FALSE(work.isMeasured);
         for (const uint32_t each : work.patience)
-            EXPECT_EQ(each, faster ? devlib::kLongPatience : devlib::kShortPatience);
+            EXPECT_EQ(each, kWays[fastest]);
     }
 }
 
@@ -40,9 +43,9 @@ TEST(WarpPatience, FewRaysDecideNothing) {
     WarpPatience patience;
     for (int launch = 0; launch < 10; ++launch) {
         EXPECT_TRUE(next(patience).isMeasured);
-        patience.learn({{100, 1}, {100, 2}});
+        patience.learn({{100, 1}, {100, 2}, {100, 3}});
     }
-    patience.learn({{kMany, 100}, {kMany, 200}});
+    patience.learn({{kMany, 100}, {kMany, 200}, {kMany, 300}});
     EXPECT_EQ(next(patience).patience[1], devlib::kShortPatience);
 }
 
@@ -50,7 +53,7 @@ TEST(WarpPatience, FewRaysDecideNothing) {
 TEST(WarpPatience, LaunchesWithoutAReport) {
     WarpPatience patience;
     for (int launch = 0; launch < 200; ++launch) {
-        patience.learn({{0, 0}, {0, 0}});
+        patience.learn({{0, 0}, {0, 0}, {0, 0}});
         EXPECT_TRUE(next(patience).isMeasured);
     }
 }
@@ -65,12 +68,12 @@ TEST(WarpPatience, CapturedLaunchesTryNothing) {
 
 TEST(WarpPatience, ChoicesAreMadeAgain) {
     WarpPatience patience;
-    patience.learn({{kMany, 100}, {kMany, 200}});
+    patience.learn({{kMany, 100}, {kMany, 200}, {kMany, 300}});
     int measured = 0;
     for (int launch = 0; launch < 100; ++launch)
         measured += next(patience).isMeasured != 0;
     EXPECT_GT(measured, 0);
-    patience.learn({{kMany, 200}, {kMany, 100}});
+    patience.learn({{kMany, 200}, {kMany, 100}, {kMany, 150}});
     EXPECT_EQ(next(patience).patience[0], devlib::kLongPatience);
 }
 

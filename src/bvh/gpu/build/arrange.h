@@ -81,7 +81,7 @@ SUNSTONE_INLINE void placeChildren(const BuildJob& job, uint32_t index, uint64_t
         }
 }
 
-SUNSTONE_KERNEL __launch_bounds__(kArrangeThreads) sunstone_subtrees(BuildJob job) {
+SUNSTONE_INLINE void countSubtrees(const BuildJob& job) {
     const Counters& counters = countersOf(job);
     if (!isWhole(counters))
         return;
@@ -114,6 +114,10 @@ SUNSTONE_KERNEL __launch_bounds__(kArrangeThreads) sunstone_subtrees(BuildJob jo
             subtree = known;
         }
     }
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kArrangeThreads) sunstone_subtrees(BuildJob job) {
+    countSubtrees(job);
 }
 
 // The place of a node, and of its first descendants.
@@ -181,7 +185,7 @@ SUNSTONE_INLINE void storePart(const BuildJob& job, const MovedPart& part, const
 
 // Lanes find the places of a node each. Then eight lanes move a node, all of them several, which
 // wait for memory together.
-SUNSTONE_KERNEL __launch_bounds__(kArrangeThreads) sunstone_arrange(BuildJob job) {
+SUNSTONE_INLINE void arrangeNodes(const BuildJob& job) {
     constexpr uint32_t kTogether = 4, kNodesOfWarp = 32 / kSlots;
     const Counters& counters = countersOf(job);
     if (!isWhole(counters))
@@ -224,6 +228,10 @@ SUNSTONE_KERNEL __launch_bounds__(kArrangeThreads) sunstone_arrange(BuildJob job
             }
         }
     }
+}
+
+SUNSTONE_KERNEL __launch_bounds__(kArrangeThreads) sunstone_arrange(BuildJob job) {
+    arrangeNodes(job);
 }
 
 } // namespace sunstone::bvh::gpu

@@ -24,7 +24,8 @@ void requireBuffer(const char* name, CUdeviceptr buffer, size_t size, size_t nee
 }
 
 // In the order of Kernel.
-constexpr const char* kKernelNames[] = {"sunstone_references",
+constexpr const char* kKernelNames[] = {"sunstone_begin",
+                                        "sunstone_references",
                                         "sunstone_instances",
                                         "sunstone_left_instances",
                                         "sunstone_moving_instances",
@@ -37,6 +38,7 @@ constexpr const char* kKernelNames[] = {"sunstone_references",
                                         "sunstone_split_count",
                                         "sunstone_split_sum",
                                         "sunstone_split",
+                                        "sunstone_small_tree",
                                         "sunstone_codes",
                                         "sunstone_sort",
                                         "sunstone_clusters",
@@ -130,13 +132,17 @@ bool isSplit(uint32_t references, uint32_t primitives, BlockType type) {
 } // namespace
 
 Builder::Builder(const device::cuda::Driver& driver, device::cuda::MachineCodeSource* code)
-    : driver_(driver), staging_(driver), kernels_(driver, code, kernelSources()) {
+    : driver_(driver), staging_(driver), kernels_(driver, code, kernelSources()),
+      mostInBlock_(kSmallMost) {
     CUdevice device = 0;
-    int count = 1;
     check(driver_.ctxGetDevice(&device), "cuCtxGetDevice");
-    check(driver_.deviceGetAttribute(&count, CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT, device),
-          "cuDeviceGetAttribute");
-    multiprocessors_ = uint32_t(std::max(count, 1));
+    const auto attribute = [&](CUdevice_attribute which) {
+        int value = 0;
+        check(driver_.deviceGetAttribute(&value, which, device), "cuDeviceGetAttribute");
+        return uint32_t(std::max(value, 0));
+    };
+    multiprocessors_ = std::max(attribute(CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT), 1u);
+    sharedMemory_ = attribute(CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN);
     // With unified addresses, which every GPU of today has, kernels use the host's pointer.
     void* report = nullptr;
     check(driver_.memAllocHost(&report, sizeof(BuildReport)), "cuMemAllocHost");
@@ -185,14 +191,18 @@ Builder::Kernel Builder::updateRecordsOf(BlockType type, bool moves) {
 void Builder::prepare(const BuildInputs& inputs, const BuildOptions& options) const {
     const Plan plan(inputs, options);
     const bool moves = plan.motion.keys > 1;
-    std::vector<uint32_t> needed = {
-        kCodes,        kSort,           kCollapse,      kRetry,    kSubtrees,
-        kArrange,      kCompact,        kEmit,          kRelocate, kRelocateMicromaps,
-        kMicromapRefs, kMicromapStates, kMicromapFinish};
+    std::vector<uint32_t> needed = {kBegin,          kCompact,           kEmit,
+                                    kRelocate,       kRelocateMicromaps, kMicromapRefs,
+                                    kMicromapStates, kMicromapFinish};
     const auto need = [&](std::initializer_list<uint32_t> kernels) {
         needed.insert(needed.end(), kernels);
     };
-    need({options.preferFastBuild ? kRadixTree : kClusters, recordsOf(plan.type, moves)});
+    need({recordsOf(plan.type, moves)}); // also of empty structures
+    if (isSmall(plan.maxReferences, plan.maxWide))
+        need({kSmallTree, kArrange});
+    else
+        need({kCodes, kSort, options.preferFastBuild ? kRadixTree : kClusters, kCollapse, kRetry,
+              kSubtrees, kArrange});
     if (moves)
         need({kLinks, kUpdateMovingNodes, kKeyBounds, kKeyFinish});
     if (plan.micromaps)
@@ -240,6 +250,36 @@ MemoryUsage Builder::computeMemoryUsage(const BuildInputs& inputs, const BuildOp
     return {plan.outputSize, plan.tempSize, options.allowUpdate ? UpdatePlan(plan).tempSize : 0};
 }
 
+// All by one kernel, if the bytes fit into its arguments; memory is in words of four bytes.
+void Builder::begin(CUstream stream, const Uploads& uploads, CUdeviceptr output, CUdeviceptr temp,
+                    std::initializer_list<Fill> fills) const {
+    const auto wordsOf = [](uint64_t bytes) { return (bytes + 3) / 4; };
+    const uint64_t first = wordsOf(uploads.output.size()), second = wordsOf(uploads.temp.size());
+    if (first + second > BeginJob::kMostWords) {
+        upload(stream, output, uploads.output.data(), uploads.output.size());
+        upload(stream, temp, uploads.temp.data(), uploads.temp.size());
+        for (const Fill& each : fills)
+            if (each.bytes != 0)
+                check(driver_.memsetD8Async(each.to, each.byte, each.bytes, stream),
+                      "cuMemsetD8Async");
+        return;
+    }
+    BeginJob job{};
+    job.parts[0] = {output, first};
+    job.parts[1] = {temp, second};
+    std::memcpy(job.words, uploads.output.data(), uploads.output.size());
+    std::memcpy(job.words + first, uploads.temp.data(), uploads.temp.size());
+    uint64_t most = first + second;
+    size_t number = 0;
+    for (const Fill& each : fills) {
+        job.fills[number++] = {each.to, wordsOf(each.bytes), each.byte * 0x01010101u};
+        most = std::max(most, wordsOf(each.bytes));
+    }
+    void* arguments[] = {&job};
+    launch(kBegin, stream, uint32_t(std::clamp<uint64_t>(most / 1024, 1, multiprocessors_ * 4)),
+           256, arguments);
+}
+
 void Builder::upload(CUstream stream, CUdeviceptr to, const void* from, size_t size) const {
     check(staging_.copy(stream, to, from, size), "cuMemcpyHtoDAsync");
 }
@@ -249,8 +289,13 @@ bool Builder::isIdle(CUstream stream) const {
 }
 
 void Builder::launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
-                     void** arguments) const {
-    check(driver_.launchKernel(kernels_.function(kernel), blocks, 1, 1, threads, 1, 1, 0, stream,
+                     void** arguments, uint32_t sharedBytes) const {
+    const CUfunction function = kernels_.function(kernel);
+    if (sharedBytes != 0)
+        check(driver_.funcSetAttribute(function, CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES,
+                                       int(sharedBytes)),
+              "cuFuncSetAttribute");
+    check(driver_.launchKernel(function, blocks, 1, 1, threads, 1, 1, sharedBytes, stream,
                                arguments, nullptr),
           kKernelNames[kernel]);
     if (observer_)
@@ -263,17 +308,17 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     const Plan plan(inputs, options);
     requireBuffer("temp", temp, tempSize, plan.tempSize);
     requireBuffer("output", output, outputSize, plan.outputSize);
+    const auto addressOf = [&](Plan::Place p) { return (p.inOutput ? output : temp) + p.offset; };
     const Uploads uploads(inputs, options, plan, temp + plan.inputs);
-    upload(stream, output, uploads.output.data(), uploads.output.size());
-    upload(stream, temp + plan.inputs, uploads.temp.data(), uploads.temp.size());
-    check(driver_.memsetD8Async(temp + plan.counters, 0, plan.tasks - plan.counters, stream),
-          "cuMemsetD8Async");
-    check(driver_.memsetD8Async(temp + plan.tasks, 0xFF, plan.origins.offset - plan.tasks, stream),
-          "cuMemsetD8Async");
-    if (plan.table && plan.numPrimitives)
-        check(driver_.memsetD8Async(output + plan.table, 0xFF,
-                                    plan.numPrimitives * sizeof(uint32_t), stream),
-              "cuMemsetD8Async");
+    const bool small =
+        isSmall(plan.maxReferences, plan.maxWide); // then the block sets what only it reads
+    const uint64_t word = sizeof(uint32_t);
+    begin(
+        stream, uploads, output, temp + plan.inputs,
+        {{temp + plan.counters, plan.tasks - plan.counters, 0},
+         {temp + plan.tasks, small ? 0 : plan.origins.offset - plan.tasks, 0xFF},
+         {addressOf(plan.parents), !small && plan.maySplit() ? plan.maxReferences * word : 0, 0xFF},
+         {output + plan.table, plan.table ? plan.numPrimitives * word : 0, 0xFF}});
     if (plan.micromaps)
         upload(stream, output + plan.micromaps, uploads.micromaps.data(),
                uploads.micromaps.size() * sizeof(MicromapRecord));
@@ -288,7 +333,6 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.inputs = temp + plan.inputs;
     job.counters = temp + plan.counters;
     job.boxes = temp + plan.boxes;
-    const auto addressOf = [&](Plan::Place p) { return (p.inOutput ? output : temp) + p.offset; };
     for (int i = 0; i < 2; ++i) {
         job.keys[i] = addressOf(plan.keys[i]);
         job.values[i] = addressOf(plan.values[i]);
@@ -296,9 +340,6 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     job.tileStates = temp + plan.tileStates;
     job.binary = addressOf(plan.binary);
     job.parents = addressOf(plan.parents);
-    if (plan.maySplit())
-        check(driver_.memsetD8Async(job.parents, 0xFF, plan.maxReferences * sizeof(uint32_t), stream),
-              "cuMemsetD8Async");
     job.tasks = temp + plan.tasks;
     job.order = addressOf(plan.order);
     job.links = temp + plan.links;
@@ -373,9 +414,14 @@ void Builder::relocateMicromaps(CUstream stream, CUdeviceptr block, uint32_t inp
     launch(kRelocateMicromaps, stream, 1, 1, arguments);
 }
 
+bool Builder::isSmall(uint32_t references, uint32_t nodes) const {
+    return references <= mostInBlock_ && nodes <= kSmallMostNodes;
+}
+
 void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
     void* arguments[] = {&job};
     const uint32_t n = job.maxReferences, most = multiprocessors_ * 8;
+    const bool moves = job.motionKeys > 1;
     if (n != 0) {
         queueReferences(stream, arguments, job);
         if (isSplit(n, job.numPrimitives, job.type)) {
@@ -387,26 +433,43 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
             launch(kSplitSum, stream, 1, 256, arguments);
             launch(kSplit, stream, blocks, 256, arguments);
         }
-        // Each block adds all of its digits to those of the others.
-        launch(kCodes, stream, blocksFor(n, 512, multiprocessors_ * 2), 512, arguments);
-        for (uint32_t pass = 0; pass < kSortPasses; ++pass) {
-            void* passArguments[] = {&job, &pass};
-            launch(kSort, stream, (n + kSortTile - 1) / kSortTile, kSortThreads, passArguments);
-        }
-        TreeMode mode = fast ? kRadix : kClustered;
-        void* treeArguments[] = {&job, &mode};
-        launch(fast ? kRadixTree : kClusters, stream, (n + 127) / 128, 128, arguments);
-        launch(kCollapse, stream, blocksFor(n, 64, most), 128, treeArguments);
-        launch(kRetry, stream, blocksFor(n, 64, multiprocessors_ * 4), 128, arguments);
-        launchOver(kSubtrees, stream, job.maxWide, job);
+        if (isSmall(n, job.maxWide))
+            queueSmallTree(stream, job, fast);
+        else
+            queueTree(stream, job, fast);
         launchOver(kArrange, stream, job.maxWide, job);
     }
-    launch(recordsOf(job.type, job.motionKeys > 1), stream, blocksFor(n, 256, most * 4), 256,
-           arguments);
-    if (job.motionKeys > 1) { // until now it has boxes of the means only
+    launch(recordsOf(job.type, moves), stream, blocksFor(n, 256, most * 4), 256, arguments);
+    if (moves) { // until now it has boxes of the means only
         launch(kLinks, stream, blocksFor(job.maxWide, 256, most), 256, arguments);
         queueNodes(stream, arguments, job);
     }
+}
+
+void Builder::queueSmallTree(CUstream stream, BuildJob& job, bool fast) const {
+    TreeMode mode = fast ? kRadix : kClustered;
+    constexpr uint32_t kOther = 20 << 10; // shared memory without a say of the host
+    uint32_t shared = uint32_t(std::min<uint64_t>(smallTreeBytes(job.maxReferences, job.maxWide),
+                                                  sharedMemory_ - std::min(sharedMemory_, kOther)));
+    void* arguments[] = {&job, &mode, &shared};
+    launch(kSmallTree, stream, 1, kSmallThreads, arguments, shared);
+}
+
+void Builder::queueTree(CUstream stream, BuildJob& job, bool fast) const {
+    void* arguments[] = {&job};
+    const uint32_t n = job.maxReferences, most = multiprocessors_ * 8;
+    // Each block adds all of its digits to those of the others.
+    launch(kCodes, stream, blocksFor(n, 512, multiprocessors_ * 2), 512, arguments);
+    for (uint32_t pass = 0; pass < kSortPasses; ++pass) {
+        void* passArguments[] = {&job, &pass};
+        launch(kSort, stream, (n + kSortTile - 1) / kSortTile, kSortThreads, passArguments);
+    }
+    TreeMode mode = fast ? kRadix : kClustered;
+    void* treeArguments[] = {&job, &mode};
+    launch(fast ? kRadixTree : kClusters, stream, (n + 127) / 128, 128, arguments);
+    launch(kCollapse, stream, blocksFor(n, 64, most), 128, treeArguments);
+    launch(kRetry, stream, blocksFor(n, 64, multiprocessors_ * 4), 128, arguments);
+    launchOver(kSubtrees, stream, job.maxWide, job);
 }
 
 void Builder::queueReferences(CUstream stream, void** arguments, const BuildJob& job) const {
@@ -482,11 +545,8 @@ void Builder::update(CUstream stream, const BuildInputs& inputs, const BuildOpti
     requireBuffer("output", output, outputSize, uploads.output.size());
     if (isIdle(stream))
         checkUpdate(stream, output, outputSize, uploads.output, inputs);
-    upload(stream, temp + places.inputs, uploads.temp.data(), uploads.temp.size());
-    upload(stream, temp + places.expected, uploads.output.data(), uploads.output.size());
-    check(
-        driver_.memsetD8Async(temp + places.counters, 0, places.expected - places.counters, stream),
-        "cuMemsetD8Async");
+    begin(stream, uploads, temp + places.expected, temp + places.inputs,
+          {{temp + places.counters, places.expected - places.counters, 0}});
     BuildJob job{};
     job.report = addressOf(report_);
     job.known = known;

@@ -15,6 +15,7 @@
 #include "device/cuda/kernel_set.h"
 
 #include <cstdint>
+#include <initializer_list>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@ namespace sunstone::bvh::gpu {
 
 struct BuildJob;
 struct BuildReport;
+struct Uploads;
 
 // The kernels, in the context that is current when it is made. Calls need the same context current;
 // any thread may call. A call compiles the kernels that it lacks (device/cuda/kernel_set.h).
@@ -99,6 +101,9 @@ public:
     // they are among the failures.
     std::vector<std::string> takeFailures(std::vector<std::string>* remarks = nullptr) const;
 
+    // For tests: builds of more references take the kernels of large ones.
+    void setMostInBlock(uint32_t references) { mostInBlock_ = references; }
+
     // For measuring: called after each kernel of later builds is queued, with its name; null ends
     // it.
     void observe(void (*observer)(void* user, const char* kernel), void* user) {
@@ -111,6 +116,7 @@ public:
 
 private:
     enum Kernel : uint32_t {
+        kBegin,
         kReferences,
         kInstances,
         kLeftInstances,
@@ -124,6 +130,7 @@ private:
         kSplitCount,
         kSplitSum,
         kSplit,
+        kSmallTree,
         kCodes,
         kSort,
         kClusters,
@@ -160,8 +167,8 @@ private:
     static Kernel recordsOf(BlockType type, bool moves);
     static Kernel updateRecordsOf(BlockType type, bool moves);
     void check(CUresult result, const char* what) const;
-    void launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads,
-                void** arguments) const;
+    void launch(Kernel kernel, CUstream stream, uint32_t blocks, uint32_t threads, void** arguments,
+                uint32_t sharedBytes = 0) const;
     void read(CUstream stream, void* to, CUdeviceptr from, size_t size) const;
     void checkUpdate(CUstream stream, CUdeviceptr output, size_t outputSize,
                      const std::vector<uint8_t>& expected, const BuildInputs& inputs) const;
@@ -169,13 +176,25 @@ private:
     void queueReferences(CUstream stream, void** arguments, const BuildJob& job) const;
     void queueNodes(CUstream stream, void** arguments, const BuildJob& job) const;
     void queueKernels(CUstream stream, BuildJob& job, bool fast) const;
+    void queueSmallTree(CUstream stream, BuildJob& job, bool fast) const;
+    void queueTree(CUstream stream, BuildJob& job, bool fast) const;
+    bool isSmall(uint32_t references, uint32_t nodes) const;
 
+    // Words that are set before other kernels run.
+    struct Fill {
+        CUdeviceptr to;
+        uint64_t bytes;
+        uint8_t byte;
+    };
+    void begin(CUstream stream, const Uploads& uploads, CUdeviceptr output, CUdeviceptr temp,
+               std::initializer_list<Fill> fills) const;
     void upload(CUstream stream, CUdeviceptr to, const void* from, size_t size) const;
 
     const device::cuda::Driver& driver_;
     mutable Staging staging_;
     mutable device::cuda::KernelSet kernels_;
-    uint32_t multiprocessors_ = 1;
+    uint32_t multiprocessors_ = 1, sharedMemory_ = 0;
+    uint32_t mostInBlock_;
     BuildReport* report_ = nullptr; // page-locked
     mutable std::mutex reportMutex_;
     mutable uint32_t failuresTold_ = 0;

@@ -14,6 +14,15 @@ constexpr uint32_t kSortTile = kSortThreads * kSortItems;
 constexpr uint32_t kSortDigits = 256;
 constexpr uint32_t kSortPasses = 6;
 
+// Builds of at most so many references and wide nodes are made by one block of so many threads
+// (small.h). Beyond about these numbers, many blocks are faster.
+constexpr uint32_t kSmallMost = 2048, kSmallMostNodes = 640, kSmallThreads = 512;
+// Shared memory that keeps all of a job's scratch.
+constexpr uint64_t smallTreeBytes(uint64_t references, uint64_t nodes) {
+    constexpr uint64_t kArrays = 9, kReference = 84, kNode = 12, kRounding = 15;
+    return references * kReference + nodes * kNode + kArrays * kRounding;
+}
+
 // Morton codes: this many bits for each axis.
 constexpr uint32_t kAxisBits = 16;
 
@@ -124,9 +133,9 @@ struct Counters {
     uint32_t numReferences;     // primitives, and further parts of those that were split
     uint32_t numTreeReferences; // of them, those that the tree holds
     float splitFactor;
-    uint32_t leftInstances; // some are left to the motion kernel (instances.h)
+    uint32_t leftInstances;   // some are left to the motion kernel (instances.h)
     uint32_t unknownChildren; // one has been reported to the host
-    uint32_t sharesRecords; // leaves share triangles, see shared_records.h
+    uint32_t sharesRecords;   // leaves share triangles, see shared_records.h
     uint32_t pad3[2];
     // Updates use none of the following.
     uint32_t sortTickets[kSortPasses];
@@ -197,6 +206,22 @@ struct BuildJob {
     uint64_t keyWords;  // bounds at each key, see sunstone_key_bounds
     uint64_t keyBounds; // KeyBounds of each key, in the output
 };
+
+// The argument of sunstone_begin.
+struct BeginJob {
+    struct Part {
+        uint64_t to, words;
+    };
+    struct Fill {
+        uint64_t to, words;
+        uint32_t word;
+    };
+    static constexpr uint32_t kMostWords = 960;
+    Part parts[2];
+    Fill fills[4];
+    uint32_t words[kMostWords]; // of the parts, one after the other
+};
+static_assert(sizeof(BeginJob) <= 4096); // a kernel's arguments
 
 // An array of opacity micromaps: the places of its parts (MicromapArrayLayout) and its input.
 constexpr uint32_t kMicromapLevels = 13;

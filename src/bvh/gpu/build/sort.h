@@ -39,6 +39,11 @@ SUNSTONE_INLINE uint64_t mortonCode(const Counters& counters, const Bounds& box)
     return code < kInactiveKey ? code : kInactiveKey - 1;
 }
 
+SUNSTONE_INLINE uint64_t codeOf(const BuildJob& job, uint32_t reference) {
+    const Bounds box = primitiveBounds(job, reference);
+    return box.lower[0] <= box.upper[0] ? mortonCode(countersOf(job), box) : kInactiveKey;
+}
+
 SUNSTONE_KERNEL sunstone_codes(BuildJob job) {
     __shared__ uint32_t counts[kSortPasses][kSortDigits];
     for (uint32_t i = threadIdx.x; i < kSortPasses * kSortDigits; i += blockDim.x)
@@ -47,9 +52,7 @@ SUNSTONE_KERNEL sunstone_codes(BuildJob job) {
     Counters& counters = countersOf(job);
     const uint32_t count = counters.numReferences;
     for (uint32_t i = globalThread(); i < count; i += gridDim.x * blockDim.x) {
-        const Bounds box = primitiveBounds(job, i);
-        const uint64_t code =
-            box.lower[0] <= box.upper[0] ? mortonCode(counters, box) : kInactiveKey;
+        const uint64_t code = codeOf(job, i);
         at<uint64_t>(job.keys[0])[i] = code;
         at<uint32_t>(job.values[0])[i] = i | 1u << kRefCountShift;
         for (uint32_t pass = 0; pass < kSortPasses; ++pass)
@@ -61,7 +64,8 @@ SUNSTONE_KERNEL sunstone_codes(BuildJob job) {
             atomicAdd(&counters.histograms[i / kSortDigits][i % kSortDigits], count);
 }
 
-// Exclusive sums over the 256 threads of a block.
+// Exclusive sums over the threads of a block.
+template <uint32_t kThreads = kSortThreads>
 SUNSTONE_INLINE uint32_t sumBefore(uint32_t value, uint32_t* warpSums) {
     const uint32_t lane = laneOf(), warp = threadIdx.x / 32;
     uint32_t sum = value;
@@ -75,9 +79,21 @@ SUNSTONE_INLINE uint32_t sumBefore(uint32_t value, uint32_t* warpSums) {
         warpSums[warp] = sum;
     __syncthreads();
     uint32_t before = 0;
-    for (uint32_t w = 0; w < kSortThreads / 32; ++w)
+    for (uint32_t w = 0; w < kThreads / 32; ++w)
         before += w < warp ? warpSums[w] : 0;
     return before + sum - value;
+}
+
+// How many keys with this digit come before among those that the warp has counted, which this one
+// joins. To be called by all of the warp.
+SUNSTONE_INLINE uint32_t rankInWarp(uint32_t digit, uint32_t* counts) {
+    const uint32_t peers = __match_any_sync(kWholeWarp, digit), below = lanesBelow(laneOf());
+    const uint32_t before = counts[digit];
+    __syncwarp();
+    if ((peers & below) == 0)
+        counts[digit] = before + uint32_t(__popc(peers));
+    __syncwarp();
+    return before + uint32_t(__popc(peers & below));
 }
 
 // A tile's published state of a digit: none yet, its own count, or that of all tiles up to it.
@@ -147,16 +163,8 @@ SUNSTONE_KERNEL __launch_bounds__(kSortThreads) sunstone_sort(BuildJob job, uint
     // While keys are on their way.
     const uint32_t inOutput = sumBefore(counters.histograms[pass][threadIdx.x], warpSums);
 #pragma unroll
-    for (uint32_t i = 0; i < kSortItems; ++i) {
-        const uint32_t digit = uint32_t(keys[i] >> shift) & 0xFFu;
-        const uint32_t peers = __match_any_sync(kWholeWarp, digit);
-        const uint32_t before = counts[warp][digit];
-        __syncwarp();
-        ranks[i] = before + uint32_t(__popc(peers & lanesBelow(lane)));
-        if ((peers & lanesBelow(lane)) == 0)
-            counts[warp][digit] = before + uint32_t(__popc(peers));
-        __syncwarp();
-    }
+    for (uint32_t i = 0; i < kSortItems; ++i)
+        ranks[i] = rankInWarp(uint32_t(keys[i] >> shift) & 0xFFu, counts[warp]);
     __syncthreads();
     // Thread d: digit d.
     uint32_t count = 0;

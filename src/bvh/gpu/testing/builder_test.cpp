@@ -159,11 +159,15 @@ TEST(GpuBuild, TreesThatWouldBeTooDeep) {
         addBox(mesh, centre, 1.2f * cell * std::exp2(float(i) / 48));
     }
     addBox(mesh, {0, 0, 0}, 32768 * cell); // so that a cell is one of the codes
-    const GpuStructure gpu = buildOnDevice(mesh.input());
-    expectSound(gpu.header());
-    EXPECT_EQ(gpu.header().treeTooDeep, 1u);
     const Structure cpu = makeStructure(mesh.input());
-    expectSameHits(cpu, gpu, 1000, 1);
+    for (const bool asLarge : {false, true}) {
+        Device::get().buildAsLarge(asLarge);
+        const GpuStructure gpu = buildOnDevice(mesh.input());
+        Device::get().buildAsLarge(false);
+        expectSound(gpu.header());
+        EXPECT_EQ(gpu.header().treeTooDeep, 1u);
+        expectSameHits(cpu, gpu, 1000, 1);
+    }
 }
 
 // The same around one point, over many sizes.

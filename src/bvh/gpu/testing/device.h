@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "bvh/gpu/build/builder.h"
+#include "bvh/gpu/build/job.h"
 #include "bvh/gpu/walk/traversal.h"
 #include "bvh/testing/meshes.h"
 #include "device/cuda/test_driver.h"
@@ -22,6 +23,8 @@ public:
     // The same table, of which tests may replace functions.
     device::cuda::Driver& driverForTests() { return driver_; }
     const Builder& builder() const { return *builder_; }
+    // Sets whether builds of few primitives take the kernels of large ones.
+    void buildAsLarge(bool all) { builder_->setMostInBlock(all ? 0 : kSmallMost); }
 
 private:
     Device() : driver_(device::cuda::testDriver()) {

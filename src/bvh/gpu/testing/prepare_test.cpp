@@ -55,6 +55,8 @@ void expectPrepared(const BuildInputs& inputs, BuildOptions options, const char*
     builder.relocateMicromaps(nullptr, output.address(), 0, output.address());
     if (options.allowUpdate) {
         // As the kernels would have left it.
+        const Uploads uploads(inputs, options, Plan(inputs, options), 0);
+        std::memcpy(output.data(), uploads.output.data(), uploads.output.size());
         static_cast<BlockHeader*>(output.data())->magic = kGpuBlockMagic;
         static_cast<BlockHeader*>(output.data())->usedSize = output.size();
         builder.update(nullptr, inputs, options, temp.address(), temp.size(), output.address(),

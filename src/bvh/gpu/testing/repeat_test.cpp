@@ -68,6 +68,10 @@ void expectRepeatable(const BuildInputs& inputs, const BuildOptions& options, ui
     for (size_t i = 1; i < builds.size(); ++i)
         expectSame(builds[0].compacted, builds[i].compacted, "copies");
     expectSame(builds[0].loose, builds[2].loose, "structures");
+    Device::get().buildAsLarge(true);
+    expectSame(builds[0].compacted, buildOver(0xFF, inputs, options).compacted,
+               "builds in one block and in many");
+    Device::get().buildAsLarge(false);
 }
 
 // Long thin triangles, some of them inactive.
