@@ -15,7 +15,7 @@ struct alignas(16) BufferView {
     uint8_t* data;
     uint64_t size[3]; // elements; 1 beyond the dimensionality
     uint32_t elementBytes;
-    uint32_t dimensions;
+    uint32_t dimensions; // 0: the view of all ids that are invalid
 };
 
 // Exceptions that have to be enabled. kFlagStackOverflow, kFlagTraceDepth and kFlagUser of

@@ -2,12 +2,15 @@
 // Every function of the headers with arguments that it must refuse: handles that are null, odd,
 // destroyed or of another class, and null in place of each other pointer. functions.inc names the
 // functions; arguments are made of their types. Calls that must work have tests of their own.
+#include "../main/forked_child.h"
+
 #include "optix.h"
 #include "optix_cuda_interop.h"
 #include "optix_gl_interop.h"
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <map>
 #include <set>
 #include <string>
@@ -234,6 +237,28 @@ TEST_F(Handles, NullInPlaceOfOtherPointersIsRefused) {
             ++tried;
         }
     EXPECT_GT(tried, 300u);
+}
+
+// The child of a fork has none of the threads on which the parent's objects depend.
+TEST_F(Handles, EveryFunctionFailsInAForkedChild) {
+    const auto othersInChild = [&] {
+        int others = 0;
+        for (const Function& f : functions()) {
+            if (std::string(f.name) == "rtContextGetErrorString")
+                continue;
+            const RTresult result = f.call(world_, ~size_t(0), nullptr);
+            if (result == RT_ERROR_UNKNOWN)
+                continue;
+            std::fprintf(stderr, "%s: %d\n", f.name, int(result));
+            ++others;
+        }
+        const char* text = "";
+        rtContextGetErrorString(world_.context, RT_ERROR_UNKNOWN, &text);
+        return std::string(text).find("fork") == std::string::npos ? others + 1 : others;
+    };
+    EXPECT_EQ(tests::inChild(othersInChild), 0);
+    unsigned count = 0;
+    EXPECT_EQ(rtContextGetRayTypeCount(world_.context, &count), RT_SUCCESS) << "the parent goes on";
 }
 
 } // namespace

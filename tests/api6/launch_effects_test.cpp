@@ -58,6 +58,17 @@ TEST_F(LaunchEffects, OfPreTransforms) {
     EXPECT_EQ(shoot(top)[3], 5) << "at z = 1 + 4";
 }
 
+// Two instances of one group have the mesh.
+TEST_F(LaunchEffects, OfPreTransformsThatInstancesShare) {
+    RTgeometrytriangles mesh = triangle(1);
+    const std::array<float, 12> byRows = {1, 0, 0, 30, 0, 1, 0, 0, 0, 0, 1, 4};
+    ok(rtGeometryTrianglesSetPreTransformMatrix(mesh, 0, byRows.data()));
+    const RTmaterial counts = material(nullptr, "count_any");
+    RTgeometrygroup top = group({instance(mesh, {counts}), instance(mesh, {counts})});
+    aimAt(30.25f, 0.25f);
+    EXPECT_EQ(anyHitsOf(top), 2);
+}
+
 TEST_F(LaunchEffects, OfVerticesInSeveralBuffers) {
     RTgeometrytriangles mesh = triangle(1);
     RTbuffer keys[2] = {filled<float>(RT_FORMAT_FLOAT, {0, 0, 5, 1, 0, 5, 0, 1, 5}),

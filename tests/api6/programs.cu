@@ -80,6 +80,9 @@ RT_PROGRAM void read_outside() {
     one_id[element] = 5;
     result[1] = 1 + one_id[element];
 }
+RT_PROGRAM void read_size() {
+    result[0] = 1 + float(one_id.size());
+}
 
 rtBuffer<float4, 2> image;
 RT_PROGRAM void paint_image() {
@@ -97,6 +100,13 @@ RT_PROGRAM void write_place() {
     places[place_index] = place_index + 10u * place_dim;
 }
 
+template <int N>
+RT_PROGRAM void write_number() {
+    result[0] = N;
+}
+template RT_PROGRAM void write_number<7>();
+template RT_PROGRAM void write_number<8>();
+
 // ---- exceptions, printing
 // ---------------------------------------------------------------------------
 
@@ -104,6 +114,9 @@ RT_PROGRAM void throw_user() {
     result[0] = 1;
     rtThrow(RT_EXCEPTION_USER + 7);
     result[0] = 2;
+}
+RT_PROGRAM void trap() {
+    asm volatile("trap;");
 }
 RT_PROGRAM void note_exception() {
     result[1] = float(rtGetExceptionCode());
@@ -113,6 +126,9 @@ RT_PROGRAM void throw_code() {
     result[0] = 1;
     rtThrow(thrown);
     result[0] = 2;
+}
+RT_PROGRAM void print_narrow() {
+    rtPrintf("%hd %hhd %hu %hhu %hx %d\n", element, element, element, element, element, element);
 }
 RT_PROGRAM void print_index() {
     rtPrintf("index %d\n", line_index);
@@ -270,6 +286,12 @@ RT_PROGRAM void terminate_any() {
 rtDeclareVariable(float, height, , );
 rtDeclareVariable(int, materials, , ) = 1;
 
+// The box of what has no end.
+rtDeclareVariable(float, extent, , );
+RT_PROGRAM void endless_bounds(int, float box[6]) {
+    box[0] = box[1] = box[2] = -extent;
+    box[3] = box[4] = box[5] = extent;
+}
 RT_PROGRAM void square_bounds(int primitive, float box[6]) {
     const float z = height - primitive;
     box[0] = 0, box[1] = 0, box[2] = z - 0.01f;

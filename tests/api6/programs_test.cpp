@@ -131,6 +131,47 @@ TEST_F(Programs, ElementsOutsideReadAsZeroOrRaise) {
     EXPECT_EQ(launch("read_outside")[1], RT_EXCEPTION_BUFFER_ID_INVALID);
 }
 
+TEST_F(Programs, IdsOfEmptyBuffersAreValid) {
+    RTbuffer empty = buffer(RT_BUFFER_INPUT_OUTPUT, RT_FORMAT_FLOAT, 0), unsized = nullptr;
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &unsized));
+    ok(rtContextSetExceptionProgram(context_, 0, program("note_exception")));
+    ok(rtVariableSet1i(variable("element"), 0));
+    const auto raised = [&](const char* entry) {
+        fill<float>(result_, std::vector<float>(64));
+        return launch(entry)[1];
+    };
+    for (const bool checksIndex : {false, true})
+        for (RTbuffer each : {empty, unsized}) {
+            int id = 0;
+            ok(rtBufferGetId(each, &id));
+            ok(rtVariableSet1i(variable("one_id"), id));
+            ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_BUFFER_ID_INVALID, 1));
+            ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_BUFFER_INDEX_OUT_OF_BOUNDS,
+                                            checksIndex));
+            EXPECT_EQ(raised("read_outside"),
+                      checksIndex ? float(RT_EXCEPTION_BUFFER_INDEX_OUT_OF_BOUNDS) : 1);
+            EXPECT_EQ(raised("read_size"), 0);
+            EXPECT_EQ(results()[0], 1);
+        }
+}
+
+TEST_F(Programs, SizesOfInvalidIdsRaise) {
+    RTbuffer destroyed = filled<float>(RT_FORMAT_FLOAT, {1, 2});
+    int id = 0;
+    ok(rtBufferGetId(destroyed, &id));
+    ok(rtBufferDestroy(destroyed));
+    ok(rtContextSetExceptionProgram(context_, 0, program("note_exception")));
+    for (const int wrong : {0, 99, -1, id}) {
+        ok(rtVariableSet1i(variable("one_id"), wrong));
+        ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_BUFFER_ID_INVALID, 0));
+        fill<float>(result_, std::vector<float>(64));
+        EXPECT_EQ(launch("read_size")[0], 1) << wrong;
+        EXPECT_EQ(results()[1], 0) << wrong;
+        ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_BUFFER_ID_INVALID, 1));
+        EXPECT_EQ(launch("read_size")[1], RT_EXCEPTION_BUFFER_ID_INVALID) << wrong;
+    }
+}
+
 TEST_F(Programs, UserExceptionsReachTheExceptionProgram) {
     ok(rtContextSetExceptionProgram(context_, 0, program("note_exception")));
     std::vector<float> r = launch("throw_user");
@@ -139,6 +180,51 @@ TEST_F(Programs, UserExceptionsReachTheExceptionProgram) {
     r = launch("throw_user");
     EXPECT_EQ(r[0], 1);
     EXPECT_EQ(r[1], RT_EXCEPTION_USER + 7);
+}
+
+TEST_F(Programs, NamesOfTemplates) {
+    EXPECT_EQ(launch("write_number<7>")[0], 7);
+    EXPECT_EQ(launch("write_number<8>")[0], 8);
+    RTprogram none = nullptr;
+    fails(RT_ERROR_INVALID_SOURCE,
+          rtProgramCreateFromPTXString(context_, ptx().c_str(), "write_number<9>", &none),
+          "write_number<9>");
+}
+
+TEST_F(Programs, PrintsOfNarrowNumbers) {
+    ok(rtContextSetPrintEnabled(context_, 1));
+    ok(rtVariableSet1i(variable("element"), 0x12345 - (1 << 17)));
+    testing::internal::CaptureStdout();
+    launch("print_narrow");
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "9029 69 9029 69 2345 -56507\n");
+    ok(rtVariableSet1i(variable("element"), 0xFFFF));
+    testing::internal::CaptureStdout();
+    launch("print_narrow");
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "-1 -1 65535 255 ffff 65535\n");
+}
+
+TEST_F(Programs, ContextsKnowWhetherTheLastLaunchFailed) {
+    const auto destroyed = [&] {
+        const RTresult result = rtContextDestroy(context_);
+        SetUp();
+        return result;
+    };
+    launch("throw_user");
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 1, 1), "entryPointIndex");
+    EXPECT_EQ(destroyed(), RT_SUCCESS) << "arguments were refused";
+    setEntry("read_size");
+    fails(RT_ERROR_VARIABLE_NOT_FOUND, rtContextLaunch1D(context_, 0, 1), "one_id");
+    EXPECT_EQ(destroyed(), RT_SUCCESS) << "the scene was refused";
+    if (runsOnGpu()) // which a trap ends for the whole process
+        return;
+    setEntry("trap");
+    EXPECT_EQ(rtContextLaunch1D(context_, 0, 1), RT_ERROR_LAUNCH_FAILED);
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 1, 1), "entryPointIndex");
+    EXPECT_EQ(destroyed(), RT_ERROR_LAUNCH_FAILED) << "a refused launch changes nothing";
+    setEntry("trap");
+    EXPECT_EQ(rtContextLaunch1D(context_, 0, 1), RT_ERROR_LAUNCH_FAILED);
+    launch("throw_user");
+    EXPECT_EQ(destroyed(), RT_SUCCESS) << "a later launch has worked";
 }
 
 TEST_F(Programs, PrintWhereThePrintIndexAllows) {

@@ -316,7 +316,7 @@ TEST_F(Progressive, FaultsOfTheSceneAreThoseOfLaunches) {
     RTvariable scoped = variable("scoped");
     ok(rtContextRemoveVariable(context_, scoped));
     fails(RT_ERROR_VARIABLE_NOT_FOUND, start(1), "\"scoped\"");
-    EXPECT_EQ(rtContextDestroy(context_), RT_ERROR_LAUNCH_FAILED) << "an earlier launch failed";
+    EXPECT_EQ(rtContextDestroy(context_), RT_SUCCESS) << "the launch did not begin";
     context_ = nullptr;
     Classic::SetUp();
     fails(RT_ERROR_INVALID_CONTEXT, start(1), "no ray generation program");

@@ -402,6 +402,8 @@ TEST_F(Properties, OfPrograms) {
           rtProgramCreateFromPTXFile(context_, "/nothing/there.ptx", "p", &found), "there.ptx");
     const char* names[] = {"/nothing/there.ptx"};
     fails(RT_ERROR_FILE_NOT_FOUND, rtProgramCreateFromPTXFiles(context_, 1, names, "p", &found));
+    fails(RT_ERROR_FILE_NOT_FOUND, rtProgramCreateFromPTXFile(context_, "/tmp", "p", &found),
+          "/tmp");
     fails(RT_ERROR_INVALID_VALUE, rtProgramCreateFromPTXFiles(context_, 0, names, "p", &found));
     fails(RT_ERROR_INVALID_SOURCE,
           rtProgramCreateFromPTXString(context_, ptx().c_str(), "nothing", &found), "nothing");

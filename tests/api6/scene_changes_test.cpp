@@ -3,6 +3,8 @@
 // ones do, and what is not dirty must stay as it was.
 #include "rays.h"
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
 namespace sunstone::api6 {
@@ -48,6 +50,10 @@ protected:
     float at(RTobject top, float x, float y) {
         ok(rtVariableSet3f(variable("ray_origin"), x + 0.5f, y + 0.5f, 10));
         return shoot(top)[0];
+    }
+    RTresult launchOn(RTobject top) {
+        ok(rtVariableSetObject(variable("top_object"), top));
+        return rtContextLaunch1D(context_, 0, 1);
     }
     void expectAll(RTobject top, const char* when) {
         for (size_t i = 0; i < places_.size(); i += 7)
@@ -237,6 +243,155 @@ TEST_F(SceneChanges, ChildrenComeAndGo) {
     ok(rtAccelerationMarkDirty(above));
     EXPECT_EQ(at(top, 500, 0), 500);
     EXPECT_EQ(at(top, 28, 20), -2);
+}
+
+// The list of a ray has room for 30 instances and transforms.
+TEST_F(SceneChanges, GraphsThatAreTooDeepAreRefused) {
+    RTobject node = square_;
+    for (int i = 0; i < 30; ++i) // the first of the groups needs no instance
+        node = groupOf({moved(node, 0.25f)});
+    EXPECT_EQ(at(node, 7.5f, 0), 7.5f);
+    node = groupOf({node});
+    fails(RT_ERROR_INVALID_VALUE, launchOn(node), "has 31 levels, but the limit is 30");
+    RTtransform top = moved(square_, 0);
+    for (int i = 0; i < 1000; ++i) // transforms without motion are one matrix
+        top = moved(top, 0.25f);
+    EXPECT_EQ(at(top, 250, 0), 250);
+}
+
+TEST_F(SceneChanges, MotionsThatAreTooDeepAreRefused) {
+    const float keys[24] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    const auto chain = [&](int count, bool withGroups) {
+        RTobject node = square_;
+        for (int i = 0; i < count; ++i) {
+            const RTtransform moving = moved(withGroups ? groupOf({node}) : node, 0);
+            ok(rtTransformSetMotionKeys(moving, 2, RT_MOTIONKEYTYPE_MATRIX_FLOAT12, keys));
+            node = moving;
+        }
+        return node;
+    };
+    for (const bool withGroups : {false, true}) {
+        EXPECT_EQ(at(chain(15 - withGroups, withGroups), 0, 0), 0) << withGroups;
+        fails(RT_ERROR_INVALID_VALUE, launchOn(chain(16, withGroups)), "but the limit is 30");
+    }
+}
+
+// Builders cannot compute with the boxes that programs give to planes.
+TEST_F(SceneChanges, BoxesWithoutAnEnd) {
+    RTgeometry endless = squares(1);
+    ok(rtGeometrySetBoundingBoxProgram(endless, program("endless_bounds")));
+    ok(rtVariableSet1f(variable("height"), 5e-4f));
+    ok(rtVariableSet1f(variable("mark"), 1));
+    const RTgeometrygroup leaf = group({instance(endless, {material("hit_mark")})});
+    const auto scaled = [&](RTobject child, float scale) {
+        const float matrix[16] = {scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, 1};
+        const RTtransform made = moved(child, 0);
+        ok(rtTransformSetMatrix(made, 0, matrix, nullptr));
+        return made;
+    };
+    const RTgroup inner = groupOf({scaled(leaf, 1e4f)});
+    const float keys[24] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    const RTtransform moving = moved(inner, 0);
+    ok(rtTransformSetMotionKeys(moving, 2, RT_MOTIONKEYTYPE_MATRIX_FLOAT12, keys));
+    const RTgroup outer = groupOf({scaled(inner, 1e4f)}), above = groupOf({moving});
+    const auto hits = [&](RTobject top) {
+        for (const RTacceleration each : {accelerationOf(leaf), accelerationOf(inner),
+                                          accelerationOf(outer), accelerationOf(above)})
+            ok(rtAccelerationMarkDirty(each));
+        return at(top, 0, 0) == 1;
+    };
+    for (const float extent : {1e30f, 3e38f, INFINITY}) {
+        ok(rtVariableSet1f(variable("extent"), extent));
+        for (const char* refits : {"0", "1", "1"}) {
+            ok(rtAccelerationSetProperty(accelerationOf(inner), "refit", refits));
+            EXPECT_TRUE(hits(inner)) << extent;
+            EXPECT_TRUE(hits(above)) << extent;
+        }
+        ok(rtVariableSet1f(variable("height"), 5e-8f));
+        EXPECT_TRUE(hits(outer)) << extent;
+        ok(rtVariableSet1f(variable("height"), 5e-4f));
+    }
+    for (const float extent : {-1.0f, -INFINITY, NAN}) {
+        ok(rtVariableSet1f(variable("extent"), extent));
+        EXPECT_FALSE(hits(inner)) << extent;
+    }
+}
+
+// Changes that no program can see leave the scene as it is.
+TEST_F(SceneChanges, OfUnusedObjects) {
+    int scenes = 0;
+    ok(rtContextSetUsageReportCallback(
+        context_,
+        [](int, const char* tag, const char*, void* data) {
+            *static_cast<int*>(data) += std::string(tag) == "SCENE STAT";
+        },
+        2, &scenes));
+    const RTgroup top = row(4);
+    const auto scenesOf = [&](auto change) {
+        EXPECT_EQ(at(top, 2, 0), 2);
+        scenes = 0;
+        change();
+        EXPECT_EQ(at(top, 2, 0), 2);
+        return scenes;
+    };
+    RTbuffer unused = buffer(RT_BUFFER_INPUT, RT_FORMAT_FLOAT, 4);
+    RTmaterial paint = material("hit_head");
+    RTprogram idle = program("hit_mark");
+    int id = 0;
+    EXPECT_EQ(scenesOf([&] { ok(rtBufferGetId(unused, &id)); }), 0);
+    EXPECT_EQ(scenesOf([&] { ok(rtBufferDestroy(unused)); }), 0);
+    EXPECT_EQ(scenesOf([&] {
+                  setFloat(paint, rtMaterialDeclareVariable, "mark", 1);
+                  ok(rtMaterialSetAnyHitProgram(paint, 0, idle));
+                  instance(squares(1), {paint});
+              }),
+              0);
+    EXPECT_EQ(scenesOf([&] { ok(rtProgramDestroy(idle)); }), 0);
+    EXPECT_EQ(scenesOf([&] { ok(rtMaterialDestroy(paint)); }), 0);
+    EXPECT_EQ(scenesOf([&] { ok(rtVariableSet1f(variable("nobody_reads"), 1)); }), 0);
+    idle = program("multiply");
+    EXPECT_EQ(scenesOf([&] { ok(rtProgramGetId(idle, &id)); }), 1) << "it gets a record";
+    EXPECT_EQ(scenesOf([&] { ok(rtProgramDestroy(idle)); }), 1);
+    EXPECT_EQ(scenesOf([&] { ok(rtGroupSetChild(top, 3, square_)); }), 1);
+}
+
+// Level 1 has errors, level 2 adds what is made anew, level 3 adds each launch.
+TEST_F(SceneChanges, UsageReportsHaveStatistics) {
+    std::vector<std::pair<int, std::string>> texts;
+    const auto callback = [](int level, const char* tag, const char* text, void* data) {
+        static_cast<std::vector<std::pair<int, std::string>>*>(data)->emplace_back(
+            level, std::string(tag) + " " + text);
+    };
+    const auto has = [&](int level, const char* part) {
+        return std::any_of(texts.begin(), texts.end(), [&](const auto& each) {
+            return each.first == level && each.second.find(part) != std::string::npos;
+        });
+    };
+    ok(rtVariableSet3f(variable("ray_origin"), 0.25f, 0.25f, 10));
+    const RTgeometrygroup top = group({instance(triangle(1), {material("hit_head")}),
+                                       instance(squares(3), {material("hit_head")})});
+    const RTgroup above = groupOf({top});
+    RTacceleration built = nullptr;
+    ok(rtGeometryGroupGetAcceleration(top, &built));
+    for (int verbosity : {1, 2, 3}) {
+        ok(rtContextSetUsageReportCallback(context_, callback, verbosity, &texts));
+        ok(rtAccelerationMarkDirty(built));
+        ok(rtMaterialSetClosestHitProgram(material("hit_head"), 0, program("hit_mark")));
+        texts.clear();
+        ok(rtContextSetEntryPointCount(context_, 1)); // the scene is made again
+        shoot(above, 7);
+        EXPECT_EQ(texts.empty(), verbosity == 1);
+        EXPECT_EQ(has(2, "SCENE STAT 2 nodes, "), verbosity >= 2);
+        EXPECT_EQ(has(2, "a build of 1 triangles and "), verbosity >= 2);
+        EXPECT_EQ(has(2, "a build of 3 custom primitives and "), verbosity >= 2);
+        EXPECT_EQ(has(3, "LAUNCH entry point 0 with 7 by 1 by 1 launch indices in "),
+                  verbosity == 3);
+        texts.clear();
+        shoot(above, 7);
+        EXPECT_EQ(texts.size(), verbosity == 3 ? 1u : 0u);
+        fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 9, 1));
+        EXPECT_TRUE(has(1, "ERROR "));
+    }
 }
 
 class MotionOfGeometry : public SceneChanges {

@@ -12,11 +12,10 @@ using namespace sunstone;
 using namespace sunstone::optix6;
 
 SUNSTONE_API RTresult rtContextCreate(RTcontext* context) {
-    if (refusesForkedChild())
-        return RT_ERROR_UNKNOWN;
     return guarded(nullptr, __func__, [&] {
         requireNonNull(context, "context");
         *context = nullptr;
+        watchForks();
         auto object = std::make_shared<Context>();
         *context = static_cast<RTcontext>(objects().add(object));
         object->scene = std::make_unique<Scene>(*object);
@@ -48,6 +47,11 @@ SUNSTONE_API void rtContextGetErrorString(RTcontext handle, RTresult code, const
     if (!text)
         return;
     *text = textOf(code);
+    if (refusesForkedChild()) {
+        if (code == RT_ERROR_UNKNOWN)
+            *text = kForkedChildText;
+        return;
+    }
     const std::shared_ptr<Object> found = handle ? objects().find(handle) : nullptr;
     if (!found || found->kind != Kind::kContext || code == RT_SUCCESS)
         return;
@@ -332,8 +336,9 @@ void sunstone::optix6::launchEntry(Context& context, unsigned entry, RTsize widt
     checkLaunch(context, entry, width, height, depth);
     checkUnmapped(context, true);
     context.launched = true;
-    context.launchFailed = true;
-    context.scene->launch(entry, uint32_t(width), uint32_t(height), uint32_t(depth));
+    noteFailure(context, [&] {
+        context.scene->launch(entry, uint32_t(width), uint32_t(height), uint32_t(depth));
+    });
     context.launchFailed = false;
 }
 

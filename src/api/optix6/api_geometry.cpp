@@ -42,7 +42,7 @@ SUNSTONE_API RTresult rtGeometrySetMotionSteps(RTgeometry geometry, unsigned n) 
         if (n == 0 || n > kMostMotionSteps)
             refuse(RT_ERROR_INVALID_VALUE, "n = ", n, " is outside 1..", kMostMotionSteps);
         object.motion.steps = n;
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtGeometryGetMotionSteps(RTgeometry geometry, unsigned* n) {
@@ -52,7 +52,7 @@ SUNSTONE_API RTresult rtGeometryGetMotionSteps(RTgeometry geometry, unsigned* n)
 SUNSTONE_API RTresult rtGeometrySetMotionRange(RTgeometry geometry, float begin, float end) {
     return call<Geometry>(__func__, geometry, "geometry", [&](auto& object) {
         setMotionRange(object.motion, begin, end);
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtGeometryGetMotionRange(RTgeometry geometry, float* begin, float* end) {
@@ -66,7 +66,7 @@ SUNSTONE_API RTresult rtGeometrySetMotionBorderMode(RTgeometry geometry, RTmotio
                                                     RTmotionbordermode end) {
     return call<Geometry>(__func__, geometry, "geometry", [&](auto& object) {
         setMotionBorders(object.motion, begin, end);
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtGeometryGetMotionBorderMode(RTgeometry geometry, RTmotionbordermode* begin,

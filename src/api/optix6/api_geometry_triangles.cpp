@@ -81,7 +81,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetMotionSteps(RTgeometrytriangles geom
             if (n == 0 || n > kMostMotionSteps)
                 refuse(RT_ERROR_INVALID_VALUE, "n = ", n, " is outside 1..", kMostMotionSteps);
             object.motion.steps = n;
-            object.context()->noteStructure();
+            object.noteSceneChange();
         });
 }
 SUNSTONE_API RTresult rtGeometryTrianglesGetMotionSteps(RTgeometrytriangles geometrytriangles,
@@ -94,7 +94,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetMotionRange(RTgeometrytriangles geom
     return call<GeometryTriangles>(__func__, geometrytriangles, "geometrytriangles",
                                    [&](auto& object) {
                                        setMotionRange(object.motion, begin, end);
-                                       object.context()->noteStructure();
+                                       object.noteSceneChange();
                                    });
 }
 SUNSTONE_API RTresult rtGeometryTrianglesGetMotionRange(RTgeometrytriangles geometrytriangles,
@@ -112,7 +112,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetMotionBorderMode(RTgeometrytriangles
     return call<GeometryTriangles>(__func__, geometrytriangles, "geometrytriangles",
                                    [&](auto& object) {
                                        setMotionBorders(object.motion, begin, end);
-                                       object.context()->noteStructure();
+                                       object.noteSceneChange();
                                    });
 }
 SUNSTONE_API RTresult rtGeometryTrianglesGetMotionBorderMode(RTgeometrytriangles geometrytriangles,
@@ -231,7 +231,7 @@ SUNSTONE_API RTresult rtGeometryTrianglesSetMaterialCount(RTgeometrytriangles tr
         if (count == 0 || count > kMost)
             refuse(RT_ERROR_INVALID_VALUE, "numMaterials = ", count, " is outside 1..", kMost);
         object.materialFlags.resize(count, RT_GEOMETRY_FLAG_NONE);
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtGeometryTrianglesGetMaterialCount(RTgeometrytriangles triangles,

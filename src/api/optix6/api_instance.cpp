@@ -26,7 +26,7 @@ SUNSTONE_API RTresult rtGeometryInstanceSetGeometry(RTgeometryinstance instance,
     return call<GeometryInstance>(__func__, instance, "geometryinstance", [&](auto& object) {
         object.geometry = requireOf<Geometry>(*object.context(), geometry, "geometry");
         object.triangles.reset();
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtGeometryInstanceGetGeometry(RTgeometryinstance instance,
@@ -44,7 +44,7 @@ SUNSTONE_API RTresult rtGeometryInstanceSetGeometryTriangles(
         object.triangles =
             requireOf<GeometryTriangles>(*object.context(), geometrytriangles, "geometrytriangles");
         object.geometry.reset();
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtGeometryInstanceGetGeometryTriangles(
@@ -63,7 +63,7 @@ SUNSTONE_API RTresult rtGeometryInstanceSetMaterialCount(RTgeometryinstance inst
         if (count > kMost)
             refuse(RT_ERROR_INVALID_VALUE, "count = ", count, " is above ", kMost);
         object.materials.resize(count);
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtGeometryInstanceGetMaterialCount(RTgeometryinstance instance,
@@ -88,7 +88,7 @@ SUNSTONE_API RTresult rtGeometryInstanceSetMaterial(RTgeometryinstance instance,
                                                     RTmaterial material) {
     return call<GeometryInstance>(__func__, instance, "geometryinstance", [&](auto& object) {
         slotOf(object, index) = requireOf<Material>(*object.context(), material, "material");
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtGeometryInstanceGetMaterial(RTgeometryinstance instance, unsigned index,

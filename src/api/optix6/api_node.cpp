@@ -29,7 +29,7 @@ void setCount(Node& node, std::vector<T>& slots, unsigned count) {
     if (count > kMost)
         refuse(RT_ERROR_INVALID_VALUE, "count = ", count, " is above ", kMost);
     slots.resize(count);
-    node.context()->noteStructure();
+    node.noteSceneChange();
 }
 
 template <class T>
@@ -87,7 +87,7 @@ SUNSTONE_API RTresult rtGeometryGroupSetAcceleration(RTgeometrygroup geometrygro
         __func__, geometrygroup, "geometrygroup", [&](GeometryGroup& object) {
             object.acceleration =
                 requireOf<Acceleration>(*object.context(), acceleration, "acceleration");
-            object.context()->noteStructure();
+            object.noteSceneChange();
         });
 }
 SUNSTONE_API RTresult rtGeometryGroupGetAcceleration(RTgeometrygroup geometrygroup,
@@ -146,7 +146,7 @@ SUNSTONE_API RTresult rtGeometryGroupSetChild(RTgeometrygroup geometrygroup, uns
         __func__, geometrygroup, "geometrygroup", [&](GeometryGroup& object) {
             auto& slot = slotOf(object.instances, index);
             slot = requireOf<GeometryInstance>(*object.context(), child, "geometryinstance");
-            object.context()->noteStructure();
+            object.noteSceneChange();
         });
 }
 SUNSTONE_API RTresult rtGeometryGroupGetChild(RTgeometrygroup geometrygroup, unsigned index,
@@ -174,7 +174,7 @@ SUNSTONE_API RTresult rtGroupSetAcceleration(RTgroup group, RTacceleration accel
     return call<Group>(__func__, group, "group", [&](Group& object) {
         object.acceleration =
             requireOf<Acceleration>(*object.context(), acceleration, "acceleration");
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtGroupGetAcceleration(RTgroup group, RTacceleration* acceleration) {
@@ -190,7 +190,7 @@ SUNSTONE_API RTresult rtGroupSetVisibilityMask(RTgroup group, RTvisibilitymask v
         object.mask = value;
         object.noteMoved();
         if (wasSeenByAll != (value == RT_VISIBILITY_ALL))
-            object.context()->noteStructure(); // where rays start, pipelines for GPUs depend on it
+            object.noteSceneChange(); // where rays start, pipelines for GPUs depend on it
     });
 }
 SUNSTONE_API RTresult rtGroupGetVisibilityMask(RTgroup group, RTvisibilitymask* value) {
@@ -210,7 +210,7 @@ SUNSTONE_API RTresult rtGroupSetChild(RTgroup group, unsigned index, RTobject ch
     return call<Group>(__func__, group, "group", [&](Group& object) {
         auto& slot = slotOf(object.slots, index);
         slot = childOf(object, child);
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtGroupGetChild(RTgroup group, unsigned index, RTobject* child) {
@@ -259,7 +259,7 @@ SUNSTONE_API RTresult rtSelectorSetChild(RTselector selector, unsigned index, RT
     return call<Selector>(__func__, selector, "selector", [&](Selector& object) {
         auto& slot = slotOf(object.slots, index);
         slot = childOf(object, child);
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtSelectorGetChild(RTselector selector, unsigned index, RTobject* child) {
@@ -320,7 +320,7 @@ SUNSTONE_API RTresult rtTransformGetMotionBorderMode(RTtransform transform,
 SUNSTONE_API RTresult rtTransformSetChild(RTtransform transform, RTobject child) {
     return call<Transform>(__func__, transform, "transform", [&](Transform& object) {
         object.child = childOf(object, child);
-        object.context()->noteStructure();
+        object.noteSceneChange();
     });
 }
 SUNSTONE_API RTresult rtTransformGetChild(RTtransform transform, RTobject* child) {
@@ -350,7 +350,7 @@ void setLastRow(std::array<float, 16>& matrix) {
 // A transform that begins or ceases to move is another part of the graph.
 void setKeys(Transform& object, std::vector<float> keys, RTmotionkeytype type, unsigned steps) {
     if (keys.empty() != object.keys.empty())
-        object.context()->noteStructure();
+        object.noteSceneChange();
     object.keys = std::move(keys);
     object.keyType = type;
     object.motion.steps = steps;

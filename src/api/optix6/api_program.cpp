@@ -2,6 +2,7 @@
 // Entry points of programs (section 5.13).
 #include "api/optix6/call.h"
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -37,7 +38,8 @@ RTresult createProgram(const char* function, RTcontext handle, unsigned count, c
 std::string readFile(const char* name) {
     requireNonNull(name, "filename");
     std::ifstream file(name, std::ios::binary);
-    if (!file)
+    std::error_code error;
+    if (!file || std::filesystem::is_directory(name, error)) // which opens as files do
         refuse(RT_ERROR_FILE_NOT_FOUND, "file \"", name, "\" cannot be read");
     return std::string(std::istreambuf_iterator<char>(file), {});
 }

@@ -22,7 +22,7 @@ void declare(Scoped& object, Context& context, const char* name, RTvariable* v) 
     if (object.scope.find(name))
         refuse(RT_ERROR_VARIABLE_REDECLARED, "variable \"", name, "\" of the ", nameOf(object.kind),
                " exists");
-    auto variable = std::make_shared<Variable>(context.self(), name);
+    auto variable = std::make_shared<Variable>(context.self(), name, &object);
     *v = static_cast<RTvariable>(objects().add(variable));
     object.scope.list.push_back(variable);
     auto& all = context.variables;
@@ -30,7 +30,8 @@ void declare(Scoped& object, Context& context, const char* name, RTvariable* v) 
         all.erase(std::remove_if(all.begin(), all.end(), [](const auto& r) { return r.expired(); }),
                   all.end());
     all.push_back(variable);
-    context.noteStructure();
+    if (variable->isSeen())
+        context.noteStructure();
 }
 
 void query(Scoped& object, const char* name, RTvariable* v) {
@@ -50,7 +51,8 @@ void removeVariable(Scoped& object, Context& context, RTvariable v) {
                "\" is not a variable of the ", nameOf(object.kind));
     list.erase(found);
     objects().remove(v);
-    context.noteStructure();
+    if (variable->isSeen())
+        context.noteStructure();
 }
 
 void variableAt(Scoped& object, unsigned index, RTvariable* v, RTresult outside) {

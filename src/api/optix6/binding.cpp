@@ -106,6 +106,7 @@ void Block::write(uint32_t index) {
 
 // The memory of the block that the program has in these scopes, after its own.
 const void* Scene::block(const Program& program, Scopes scopes) {
+    program.isInScene = true;
     scopes.insert(scopes.begin(), &program.scope);
     const ProgramCode& code = *program.code;
     std::vector<std::shared_ptr<Variable>> found;
@@ -166,8 +167,10 @@ devlib::ClassicRecord Scene::record(devlib::GroupKind kind,
                                     const std::vector<RoleProgram>& programs) {
     GroupKey key{kind, {}};
     for (const RoleProgram& each : programs)
-        if (each.program)
+        if (each.program) {
             key.second[each.role] = each.program->code.get();
+            each.program->isInScene = true;
+        }
     BoundGroup& bound = groups_[key];
     bound.bind = bind_;
     bound.pipeline = pipelines_;

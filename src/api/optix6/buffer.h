@@ -63,6 +63,7 @@ public:
     // The variables whose value it is.
     void addHolder(const Variable& variable) { holders_.insert(&variable); }
     void removeHolder(const Variable& variable) { holders_.erase(&variable); }
+    bool hasHolders() const { return !holders_.empty(); }
 
     const unsigned description;           // RTbuffertype | RTbufferflag
     const std::unique_ptr<Stream> stream; // of RT_BUFFER_PROGRESSIVE_STREAM alone

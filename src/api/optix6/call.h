@@ -98,11 +98,25 @@ void removeObject(T& object) {
     objects().remove(object.handle());
 }
 
+// Whether the scene may depend on the object. Tables of ids are filled for each launch.
+template <class T>
+bool isSeen(const T& object) {
+    if constexpr (std::is_base_of_v<Scoped, T>)
+        for (const std::shared_ptr<Variable>& variable : object.scope.list)
+            if (variable->isSeen())
+                return true;
+    return object.isInScene;
+}
+inline bool isSeen(const Buffer& buffer) {
+    return buffer.hasHolders();
+}
+
 // rtXDestroy.
 template <class T>
 RTresult destroy(const char* function, const void* handle, const char* parameter) {
     return call<T>(function, handle, parameter, [&](T& object) {
-        object.context()->noteStructure();
+        if (isSeen(object))
+            object.context()->noteStructure();
         removeObject(object);
     });
 }
@@ -115,6 +129,19 @@ RTresult getContext(const char* function, const void* handle, const char* parame
         requireNonNull(context, "context");
         *context = static_cast<RTcontext>(object.context()->handle());
     });
+}
+
+// Runs a launch. For rtContextDestroy one whose programs fail is a failed launch; one that is
+// refused is none.
+template <class Body>
+void noteFailure(Context& context, const Body& body) {
+    try {
+        body();
+    } catch (const Error& error) {
+        if (resultOf(error.code()) == RT_ERROR_LAUNCH_FAILED)
+            context.launchFailed = true;
+        throw;
+    }
 }
 
 // Launches an entry point and waits; the objects that OpenGL shares are the caller's matter

@@ -12,8 +12,11 @@
 #include "ptx/link.h"
 #include "ptx/parser.h"
 
+#include <cxxabi.h>
+
 #include <algorithm>
 #include <bit>
+#include <cstdlib>
 #include <limits>
 
 namespace sunstone::optix6 {
@@ -37,6 +40,11 @@ const char* nameOf(Kind kind) {
                                              "command list",
                                              "remote device"};
     return kNames[unsigned(kind)];
+}
+
+void Object::noteSceneChange() const {
+    if (const std::shared_ptr<Context> owner = isInScene ? context() : nullptr)
+        owner->noteStructure();
 }
 
 // Never destroyed: clients may call from their own exit handlers.
@@ -128,6 +136,7 @@ void checkUnmapped(const Context& context, bool withStreams) {
 }
 
 Context::Context() : Scoped(kKind, nullptr), engine(std::make_shared<engine::Context>()) {
+    isInScene = true; // its variables
     exceptions = 1u << exceptionBit(RT_EXCEPTION_STACK_OVERFLOW);
     engine->wording = &wording();
     engine->log = [](LogLevel level, std::string_view tag, std::string_view text) {
@@ -223,7 +232,7 @@ const char* Context::keep(std::string text) {
 }
 
 void Context::report(int level, const char* tag, const std::string& text) {
-    if (!reportCallback || level > reportVerbosity)
+    if (!wantsReports(level))
         return;
     std::lock_guard lock(reportMutex_);
     reports_.push_back({level, tag, text});
@@ -252,11 +261,10 @@ void Context::deliverReports() {
 namespace {
 
 template <class T>
-int giveId(Context& context, T& object, IdList<T>& list) {
+int giveId(T& object, IdList<T>& list) {
     if (object.id == 0) {
         object.id = int(list.reserve());
         list.set(unsigned(object.id), std::static_pointer_cast<T>(object.shared_from_this()));
-        context.noteStructure();
     }
     return object.id;
 }
@@ -264,13 +272,15 @@ int giveId(Context& context, T& object, IdList<T>& list) {
 } // namespace
 
 int Context::idOf(Buffer& buffer) {
-    return giveId(*this, buffer, buffers);
+    return giveId(buffer, buffers); // launches fill the tables of buffers and textures
 }
 int Context::idOf(TextureSampler& sampler) {
-    return giveId(*this, sampler, samplers);
+    return giveId(sampler, samplers);
 }
 int Context::idOf(Program& program) {
-    return giveId(*this, program, programs);
+    if (program.id == 0)
+        noteStructure(); // it gets a record
+    return giveId(program, programs);
 }
 
 // ---- programs ---------------------------------------------------------------------------------
@@ -336,16 +346,45 @@ std::shared_ptr<ModuleText> Context::loadText(const std::string& text) {
     return entry = made;
 }
 
-std::string Context::annotationOf(const std::string& name) const {
-    for (const auto& [digest, text] : texts_)
+namespace {
+
+// The first variable of this name that satisfies the condition, of all programs; or null.
+template <class Texts, class Condition>
+const compiler::optix6::DeviceVariable* findVariable(const Texts& texts, const std::string& name,
+                                                     const Condition& condition) {
+    for (const auto& [digest, text] : texts)
         for (const auto& [symbol, code] : text->programs)
             for (const auto& variable : code->variables.list)
-                if (variable.name == name && !variable.annotation.empty())
-                    return variable.annotation;
-    return {};
+                if (variable.name == name && condition(variable))
+                    return &variable;
+    return nullptr;
+}
+
+} // namespace
+
+std::string Context::annotationOf(const std::string& name) const {
+    const auto* found =
+        findVariable(texts_, name, [](const auto& each) { return !each.annotation.empty(); });
+    return found ? found->annotation : std::string();
+}
+
+bool Context::isRead(const std::string& name) const {
+    return findVariable(texts_, name, [](const auto&) { return true; }) != nullptr;
 }
 
 namespace {
+
+// Whether a symbol is that of a function template's instance, as "name<7>".
+bool isInstance(std::string_view symbol, const std::string& name) {
+    int status = 0;
+    const std::unique_ptr<char, decltype(&std::free)> text(
+        abi::__cxa_demangle(std::string(symbol).c_str(), nullptr, nullptr, &status), &std::free);
+    if (!text)
+        return false;
+    const std::string_view whole = text.get(); // begins with the type of the result
+    const size_t place = whole.find(name + "(");
+    return place != whole.npos && (place == 0 || whole[place - 1] == ' ');
+}
 
 // The function of this name as the application writes it: its symbol, or its name in the source.
 const ptx::Function* findProgram(const ptx::Module& tree, const std::string& name) {
@@ -353,8 +392,10 @@ const ptx::Function* findProgram(const ptx::Module& tree, const std::string& nam
     if (exact && exact->hasBody)
         return exact;
     const ptx::Function* found = nullptr;
+    const bool isTemplate = name.ends_with('>');
     for (const ptx::Function& function : tree.functions) {
-        if (!function.hasBody || compiler::optix6::sourceName(function.name) != name)
+        if (!function.hasBody || (isTemplate ? !isInstance(function.name, name)
+                                             : compiler::optix6::sourceName(function.name) != name))
             continue;
         if (found)
             refuse(RT_ERROR_INVALID_SOURCE, "programName = \"", name,

@@ -50,6 +50,8 @@ public:
     std::string lastError;
     // A string that was returned, until the next one is.
     const char* keep(std::string text);
+    // Whether the usage report has texts of the level.
+    bool wantsReports(int level) const { return reportCallback && level <= reportVerbosity; }
     // Queues a line for the usage report's callback, which is called without the lock.
     void report(int level, const char* tag, const std::string& text);
     void deliverReports();
@@ -92,6 +94,8 @@ public:
     unsigned attributeBytes() const;
     // The annotation that a program gives a variable of this name; empty if none does.
     std::string annotationOf(const std::string& name) const;
+    // Whether some program has a variable of this name.
+    bool isRead(const std::string& name) const;
 
     Ref<RemoteDevice> remoteDevice; // that rtContextSetRemoteDevice has set
     bool usesRemoteDevice = false;

@@ -114,6 +114,8 @@ RTresult resultOf(Code code) {
 
 RTresult guarded(const std::shared_ptr<Context>& context, const char* function,
                  const std::function<void()>& body) {
+    if (refusesForkedChild()) // rtContextGetErrorString knows the text
+        return RT_ERROR_UNKNOWN;
     RTresult result = RT_SUCCESS;
     std::string cause;
     try {

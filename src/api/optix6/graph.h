@@ -40,7 +40,6 @@ public:
     Motion motion;
     bool hasTransform = false;
     std::array<float, 12> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-    SharedMemory sharedTransform; // a copy for builds
     Ref<Buffer> indices;
     bool hasIndices = false;
     RTsize indexByteOffset = 0, indexStride = 0;
@@ -120,6 +119,7 @@ public:
     // The scene's: its number among the nodes, and which slots of which nodes hold it.
     static constexpr uint32_t kNowhere = ~0u;
     uint32_t place = kNowhere;
+    unsigned levels = 0, levelsAtStart = 0; // see Scene::checkDepth
     std::vector<std::pair<Node*, uint32_t>> parents;
     bool hasMoved = false;
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "api/optix6/instances.h"
 
-#include "api/optix6/context.h"
+#include "api/optix6/report.h"
 #include "devlib/graph.h"
 #include "engine/accel.h"
 #include "math/matrix.h"
@@ -110,7 +110,9 @@ void InstanceStructure::update(Context& context, bool refitsAll) {
     const bool isNew = handle_ == 0 || built_ != children_.size();
     if (!isNew && stale_.empty())
         return;
-    if (isNew || !refit(context, refitsAll))
+    const TimedReport timed(context);
+    const bool isUpdate = !isNew && refit(context, refitsAll);
+    if (!isUpdate)
         build(context);
     for (const uint32_t i : stale_)
         isStale_[i] = false;
@@ -120,6 +122,9 @@ void InstanceStructure::update(Context& context, bool refitsAll) {
     for (size_t i = 0; special_ != 0 && i < children_.size(); ++i)
         if (isSpecial(children_[i]))
             write(i);
+    timed.tell(isUpdate ? kReportLaunches : kReportStatistics, "ACCEL",
+               isUpdate ? "an update of " : "a build of ", children_.size(), " instances and ",
+               memory_.size(), " bytes");
 }
 
 bool InstanceStructure::refit(Context& context, bool refitsAll) {

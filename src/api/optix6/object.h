@@ -44,6 +44,10 @@ public:
     Object(const Object&) = delete;
 
     const Kind kind;
+    // The scene has read the object, now or before: a change of it may be one of the scene.
+    mutable bool isInScene = false;
+    // Tells the context of such a change (Context::noteStructure).
+    void noteSceneChange() const;
     // Null while the context is being destroyed.
     virtual std::shared_ptr<Context> context() const { return owner_.lock(); }
 

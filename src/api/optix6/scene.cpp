@@ -2,6 +2,7 @@
 // What happens before and in a launch. See scene.h.
 #include "api/optix6/scene.h"
 
+#include "api/optix6/report.h"
 #include "compiler/flavor.h"
 #include "devlib/flags.h"
 
@@ -75,7 +76,6 @@ Scene::Scene(Context& context)
       nodes_(allocator<uint64_t>()), textures_(allocator<uint64_t>()),
       views_(allocator<const devlib::BufferView*>()),
       shared_(context.engine->backend, sizeof(Tables)) {
-    tables().emptyView.dimensions = 1;
 }
 
 void Scene::validate(Node& node) {
@@ -140,6 +140,7 @@ void Scene::visitNode(const std::shared_ptr<Node>& node, std::vector<const Node*
             visitNode(std::static_pointer_cast<Node>(child), path);
     path.pop_back();
     seen_.insert(node.get());
+    node->isInScene = true;
     order_.push_back(node);
 }
 
@@ -166,8 +167,10 @@ void Scene::linkNodes() {
     for (uint32_t i = 0; i < order_.size(); ++i) {
         Node& node = *order_[i];
         node.place = i;
-        if (Acceleration* const acceleration = accelerationOf(node))
+        if (Acceleration* const acceleration = accelerationOf(node)) {
             acceleration->owners.push_back(i);
+            acceleration->isInScene = true;
+        }
         uint32_t slot = 0;
         for (const std::shared_ptr<Object>& child : node.children()) {
             if (isNode(child->kind))
@@ -175,8 +178,38 @@ void Scene::linkNodes() {
             ++slot;
         }
     }
+    checkDepth();
     hasMotion_ = hasMotion();
     hasOneLevel_ = hasOneLevel();
+}
+
+// Whether rays may enter the structure of the group in place of an instance of it.
+static bool isPlainGroup(const Node& node) {
+    return node.kind == Kind::kGroup && static_cast<const Group&>(node).mask == RT_VISIBILITY_ALL;
+}
+
+// Rays carry a list of the instances and transforms that they have entered. Counted are the entries
+// below each node as structures.cpp makes them: for a node in the structure of its parent, and for
+// one that rays start at, which may need no entry of its own.
+void Scene::checkDepth() const {
+    constexpr unsigned kMost = devlib::kMaxGraphDepth - 1; // the last entry has a child
+    for (const std::shared_ptr<Node>& node : order_) {     // children before parents
+        const bool isTransform = node->kind == Kind::kTransform;
+        const bool moves = isTransform && !static_cast<const Transform&>(*node).keys.empty();
+        const bool isSelector = node->kind == Kind::kSelector;
+        unsigned below = 0;
+        for (const std::shared_ptr<Object>& object : node->children())
+            if (isNode(object->kind)) {
+                const auto& child = static_cast<const Node&>(*object);
+                const bool starts = isSelector || (moves && isPlainGroup(child));
+                below = std::max(below, starts ? child.levelsAtStart : child.levels);
+            }
+        node->levels = below + (moves ? 2 : isTransform ? 0 : 1);
+        node->levelsAtStart = node->levels - (moves || isSelector || isPlainGroup(*node) ? 1 : 0);
+        if (node->levelsAtStart > kMost)
+            refuse(RT_ERROR_INVALID_VALUE, "the graph below ", describe(*node), " has ",
+                   node->levelsAtStart, " levels, but the limit is ", kMost);
+    }
 }
 
 // ---- programs and records ---------------------------------------------------------------------
@@ -291,7 +324,11 @@ void Scene::bindHits(GeometryGroup& group) {
 void Scene::bindInstance(const GeometryInstance& instance, size_t number) {
     const auto mesh = instance.triangles.lock();
     const auto geometry = instance.geometry.lock();
-    const Scope& shape = mesh ? mesh->scope : geometry->scope;
+    const Scoped& shaped = mesh ? static_cast<const Scoped&>(*mesh) : *geometry;
+    const Scope& shape = shaped.scope;
+    instance.isInScene = shaped.isInScene = true;
+    for (const Ref<Material>& material : instance.materials)
+        material.lock()->isInScene = true;
     const size_t count = std::max<size_t>(1, instance.materials.size());
     for (size_t m = 0; m < count; ++m)
         for (unsigned rayType = 0; rayType < context_.misses.size(); ++rayType) {
@@ -440,6 +477,7 @@ void Scene::makePipeline() {
         const BoundGroup& group = entry.second;
         return group.bind != bind_ && (isBroken_ || pipelines_ - group.pipeline >= kKeptPipelines);
     });
+    const TimedReport timed(context_);
     isBroken_ = true;
     ++pipelines_;
     std::vector<std::shared_ptr<engine::ProgramGroup>> groups;
@@ -453,6 +491,8 @@ void Scene::makePipeline() {
     rules_ = std::move(wanted);
     needsPipeline_ = isBroken_ = false;
     reserveStack();
+    timed.tell(kReportStatistics, "PIPELINE", "a pipeline of ", groups.size(),
+               " groups of programs");
 }
 
 // GPUs know the stack that programs need, but not how often functions call themselves.
@@ -477,8 +517,10 @@ void Scene::collectSamplers() {
     for (const Ref<Variable>& ref : context_.variables) {
         const std::shared_ptr<Variable> variable = ref.lock();
         const std::shared_ptr<Object> object = variable ? variable->object.lock() : nullptr;
-        if (object && object->kind == Kind::kTextureSampler)
-            samplers_.emplace_back(variable, std::static_pointer_cast<TextureSampler>(object));
+        if (!object || object->kind != Kind::kTextureSampler)
+            continue;
+        object->isInScene = true;
+        samplers_.emplace_back(variable, std::static_pointer_cast<TextureSampler>(object));
     }
 }
 
@@ -556,9 +598,12 @@ void Scene::update() {
     const bool changed = context_.structureChanged;
     context_.structureChanged = true; // until all of this has worked
     if (changed) {
+        const TimedReport timed(context_);
         collectNodes();
         linkNodes();
         bind();
+        timed.tell(kReportStatistics, "SCENE STAT", order_.size(), " nodes, ", hits_.size(),
+                   " hit records and ", blocks_.size(), " blocks of variables");
     }
     makePipeline();
     updateTextures();
@@ -622,7 +667,10 @@ void Scene::run(const engine::LaunchRequest& request, uint32_t subframe) {
 
 void Scene::launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_t depth) {
     update();
+    const TimedReport timed(context_);
     run(request(entryPoint, width, height, depth), 0);
+    timed.tell(kReportLaunches, "LAUNCH", "entry point ", entryPoint, " with ", width, " by ",
+               height, " by ", depth, " launch indices");
 }
 
 } // namespace sunstone::optix6

@@ -69,6 +69,7 @@ private:
     // scene.cpp
     void collectNodes();
     void linkNodes();
+    void checkDepth() const;
     void visitNode(const std::shared_ptr<Node>& node, std::vector<const Node*>& path);
     void bind();
     void bindEntries();
@@ -143,7 +144,8 @@ private:
     Records rayGeneration_, exception_, misses_, hits_, callables_, bounds_, visits_;
     std::map<const GeometryInstance*, size_t> boundsOf_; // places in bounds_
     std::map<const Node*, size_t> visitOf_;              // of selectors, in visits_
-    std::vector<SharedVector<float>> boxes_;             // of the structure that is built
+    // Boxes and transforms that the inputs of the structure that is built refer to.
+    std::vector<SharedVector<float>> kept_;
     SharedVector<uint64_t> nodes_, textures_;
     SharedVector<const devlib::BufferView*> views_;
     // Copies for comparison.

@@ -32,7 +32,7 @@ inline void setProgram(Object& object, Ref<Program>& slot, RTprogram handle,
     const auto program = requireOf<Program>(*context, handle, "program", RT_ERROR_TYPE_MISMATCH);
     checkKind(*program, kind, "program");
     slot = program;
-    context->noteStructure();
+    object.noteSceneChange();
 }
 
 // A rows-first matrix of 3 or 4 rows from the application's.

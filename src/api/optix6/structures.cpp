@@ -6,6 +6,7 @@
 // elsewhere than at a structure of instances, a node is an instance that stands by itself.
 #include "api/optix6/scene.h"
 
+#include "api/optix6/report.h"
 #include "bvh/motion/transforms.h"
 #include "devlib/graph.h"
 #include "engine/accel.h"
@@ -58,7 +59,10 @@ unsigned entriesOf(const GeometryInstance& instance) {
     return std::max<unsigned>(1, unsigned(instance.materials.size()));
 }
 
-bvh::TriangleInput triangleInput(engine::AccelInputs& inputs, GeometryTriangles& t) {
+// Several instances of a group may have the mesh, each with an input of its own: `kept` keeps what
+// the input refers to until the build has ended.
+bvh::TriangleInput triangleInput(engine::AccelInputs& inputs, const GeometryTriangles& t,
+                                 std::vector<SharedVector<float>>& kept) {
     bvh::TriangleInput in;
     const unsigned vertexBytes = bytesOf(t.vertexFormat);
     const RTsize stride = t.vertexStride ? t.vertexStride : vertexBytes;
@@ -89,9 +93,9 @@ bvh::TriangleInput triangleInput(engine::AccelInputs& inputs, GeometryTriangles&
             place(t.indices, "indices", t.indexByteOffset, indexStride, indexBytes, t.primitives);
     }
     if (t.hasTransform) {
-        t.sharedTransform = SharedMemory(t.context()->engine->backend, sizeof t.transform);
-        std::memcpy(t.sharedTransform.get(), t.transform.data(), sizeof t.transform);
-        in.preTransform = static_cast<const float*>(t.sharedTransform.get());
+        const SharedAllocator<float> allocator(t.context()->engine->backend);
+        in.preTransform =
+            kept.emplace_back(t.transform.begin(), t.transform.end(), allocator).data();
     }
     std::vector<unsigned> flags(t.materialFlags.begin(), t.materialFlags.end());
     in.sbt.flags = inputs.keepFlags(flags.data(), flags.size());
@@ -301,7 +305,7 @@ bvh::CustomInput Scene::customOf(engine::AccelInputs& inputs, const GeometryInst
     bvh::CustomInput in;
     std::vector<const void*> keys;
     for (unsigned step = 0; step < geometry.motion.steps; ++step)
-        keys.push_back(boxes_.emplace_back(boxesOf(instance, geometry, step)).data());
+        keys.push_back(kept_.emplace_back(boxesOf(instance, geometry, step)).data());
     in.aabbs = keys[0];
     if (geometry.motion.steps > 1)
         in.keyAabbs = inputs.keepKeys(std::move(keys));
@@ -342,15 +346,21 @@ void Scene::buildGeometry(GeometryGroup& group) {
 // An update keeps the tree, which needs inputs of the same shape and a tree made for it.
 void Scene::buildSet(Acceleration& acceleration, Acceleration::Built& built,
                      const GeometryGroup& group, const GeometrySet& set) {
+    const TimedReport timed(context_);
     engine::AccelInputs inputs;
-    boxes_.clear();
+    uint64_t primitives = 0;
+    kept_.clear();
     for (const size_t child : set.instances) {
         const std::shared_ptr<GeometryInstance> instance = group.instances[child].lock();
         if (set.isMesh)
-            inputs.triangles.push_back(triangleInput(inputs, *instance->triangles.lock()));
+            inputs.triangles.push_back(triangleInput(inputs, *instance->triangles.lock(), kept_));
         else
             inputs.customs.push_back(customOf(inputs, *instance, *instance->geometry.lock()));
     }
+    for (const bvh::TriangleInput& each : inputs.triangles)
+        primitives += each.numTriangles;
+    for (const bvh::CustomInput& each : inputs.customs)
+        primitives += each.numPrimitives;
     bvh::BuildOptions options;
     options.preferFastTrace = true;
     options.motion = set.motion;
@@ -361,7 +371,11 @@ void Scene::buildSet(Acceleration& acceleration, Acceleration::Built& built,
     build(built, std::make_shared<const engine::AccelInputs>(std::move(inputs)), options, isUpdate);
     if (options.allowUpdate)
         built.shape = std::move(shape);
-    boxes_.clear();
+    kept_.clear();
+    timed.tell(isUpdate ? kReportLaunches : kReportStatistics, "ACCEL", "geometry group ",
+               group.handle(), ": ", isUpdate ? "an update of " : "a build of ", primitives,
+               set.isMesh ? " triangles" : " custom primitives", " and ", built.memory.size(),
+               " bytes");
 }
 
 InstanceStructure& Scene::structure(std::unique_ptr<InstanceStructure>& slot) const {

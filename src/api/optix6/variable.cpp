@@ -56,9 +56,16 @@ void Variable::set(RTobjecttype wanted, const void* data, size_t size) {
     const bool isNew = type == RT_OBJECTTYPE_UNKNOWN;
     type = wanted;
     bytes.assign(static_cast<const uint8_t*>(data), static_cast<const uint8_t*>(data) + size);
-    if (isNew)
+    if (isNew && isSeen())
         owner->noteStructure();
     writeUsers();
+}
+
+bool Variable::isSeen() const {
+    const std::shared_ptr<Object> value = object.lock();
+    if (!scoped_ || (value && (isNode(value->kind) || value->kind == Kind::kTextureSampler)))
+        return true;
+    return scoped_->isInScene && context()->isRead(name);
 }
 
 void Variable::releaseBuffer() {
@@ -77,6 +84,8 @@ void Variable::set(const std::shared_ptr<Object>& value) {
         type == RT_OBJECTTYPE_UNKNOWN || type == wanted || (isNodeType(type) && isNodeType(wanted));
     if (!fits)
         refuse(RT_ERROR_TYPE_MISMATCH, "variable \"", name, "\" has a value of another type");
+    if (value->kind != Kind::kBuffer && object.lock() == value)
+        return;
     // A buffer in place of another of its shape leaves everything else as it is. One that OpenGL
     // alone may use is found when scopes are searched.
     bool isStructure = true;
@@ -86,12 +95,13 @@ void Variable::set(const std::shared_ptr<Object>& value) {
         isStructure = !known || !buffer.isRegistered() ||
                       !buffer.hasShapeOf(static_cast<const Buffer&>(*known));
     }
+    const bool wasSeen = isSeen();
     releaseBuffer();
     type = wanted;
     object = value;
     if (value->kind == Kind::kBuffer)
         static_cast<Buffer&>(*value).addHolder(*this);
-    if (isStructure)
+    if (isStructure && (wasSeen || isSeen()))
         return context()->noteStructure();
     writeUsers();
 }

@@ -13,8 +13,10 @@ struct Block;
 class Variable : public Object {
 public:
     static constexpr Kind kKind = Kind::kVariable;
-    Variable(const std::shared_ptr<Context>& context, std::string name_)
-        : Object(kKind, context), name(std::move(name_)) {}
+    // `scoped`: the object that has the variable; null: one that the scene reads.
+    Variable(const std::shared_ptr<Context>& context, std::string name_,
+             const Object* scoped = nullptr)
+        : Object(kKind, context), name(std::move(name_)), scoped_(scoped) {}
     ~Variable() override { releaseBuffer(); }
 
     // Sets plain data. Throws RT_ERROR_TYPE_MISMATCH if the variable has another type.
@@ -34,8 +36,12 @@ public:
     };
     std::vector<User> users;
     void writeUsers() const;
+    // Whether the scene may depend on the variable: programs may read it, or its value is something
+    // that the scene looks for in all variables.
+    bool isSeen() const;
 
 private:
+    const Object* const scoped_; // has the variable as long as calls can name the variable
     void releaseBuffer(); // that is the value
 };
 

@@ -175,7 +175,7 @@ static void trace(const RayBatch& batch, uint64_t number, uint64_t endNumber) {
     }
 }
 
-// Lists every candidate.
+// Lists every candidate. A triangle with several references (build/presplit.h) comes as often.
 struct ListJudge {
     static constexpr bool kOrdered = false;
     float tmax;
@@ -190,6 +190,23 @@ struct ListJudge {
     }
 };
 
+// Sorts the hits from number `first` on, which are those of one ray, and leaves each hit once. All
+// references to a triangle give the same hit.
+static void sortListed(std::vector<ListedHit>& hits, size_t first) {
+    const auto begin = hits.begin() + ptrdiff_t(first);
+    std::sort(begin, hits.end(), [](const ListedHit& a, const ListedHit& b) {
+        if (a.hit.t != b.hit.t)
+            return a.hit.t < b.hit.t;
+        return a.hit.instance != b.hit.instance ? a.hit.instance < b.hit.instance
+                                                : a.hit.triangle < b.hit.triangle;
+    });
+    const auto end = std::unique(begin, hits.end(), [](const ListedHit& a, const ListedHit& b) {
+        return a.hit.t == b.hit.t && a.hit.instance == b.hit.instance &&
+               a.hit.triangle == b.hit.triangle;
+    });
+    hits.erase(end, hits.end());
+}
+
 static void all(const RayBatch& batch, uint64_t first, uint64_t end, std::vector<ListedHit>& hits) {
     const BatchScene scene(batch.handle, batch.masks);
     for (uint64_t i = first; i < end && scene.header->root != kNoNode; ++i) {
@@ -201,13 +218,7 @@ static void all(const RayBatch& batch, uint64_t first, uint64_t end, std::vector
         ListJudge judge{ray.tmax, &hits, i};
         const size_t before = hits.size();
         walkOne<ListJudge, true>(scene, ray, setup, judge);
-        std::sort(hits.begin() + ptrdiff_t(before), hits.end(),
-                  [](const ListedHit& a, const ListedHit& b) {
-                      if (a.hit.t != b.hit.t)
-                          return a.hit.t < b.hit.t;
-                      return a.hit.instance != b.hit.instance ? a.hit.instance < b.hit.instance
-                                                              : a.hit.triangle < b.hit.triangle;
-                  });
+        sortListed(hits, before);
     }
 }
 

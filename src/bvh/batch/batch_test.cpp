@@ -445,16 +445,14 @@ TEST(Batch, BitsAreWrittenInTheirRangeOnly) {
             }
 }
 
-TEST(Batch, AllHitsAreThoseOfEveryTriangleAlone) {
-    const Mesh mesh = soup(60, 0.8f, 12);
-    const Structure s = makeStructure(mesh.input());
+void compareAll(const Mesh& mesh, const BuildOptions& options, const std::vector<RawRay>& rays) {
+    const Structure s = makeStructure(mesh.input(), options);
     std::vector<Structure> alone;
     for (const auto& triangle : mesh.triangles) {
         Mesh one = mesh;
         one.triangles = {triangle};
         alone.push_back(makeStructure(one.input()));
     }
-    const std::vector<RawRay> rays = randomRays(300, 13);
     std::vector<BatchHit> unused;
     for (Isa isa : machineIsas()) {
         std::vector<ListedHit> hits;
@@ -479,6 +477,28 @@ TEST(Batch, AllHitsAreThoseOfEveryTriangleAlone) {
         EXPECT_EQ(next, hits.size());
         EXPECT_GT(next, 200u);
     }
+}
+
+TEST(Batch, AllHitsAreThoseOfEveryTriangleAlone) {
+    const std::vector<RawRay> rays = randomRays(300, 13);
+    compareAll(soup(60, 0.8f, 12), {}, rays);
+}
+
+// Several leaves have the same triangle.
+TEST(Batch, AllHitsNameSplitTrianglesOnce) {
+    BuildOptions fast;
+    fast.preferFastTrace = true;
+    std::vector<RawRay> rays = randomRays(300, 14);
+    compareAll(soup(60, 5, 12), fast, rays);
+    const Mesh mesh = needles(60, 15);
+    Random random(16);
+    for (RawRay& ray : rays) {
+        const Vec3* v = &mesh.vertices[3 * random.below(60)];
+        const float a = random(0, 1), b = random(0, 1 - a);
+        const Vec3 o = random.point(3);
+        ray = rawRay(o, v[0] * (1 - a - b) + v[1] * a + v[2] * b - o);
+    }
+    compareAll(mesh, fast, rays);
 }
 
 // In double precision: projection, else the nearest of the three edges.

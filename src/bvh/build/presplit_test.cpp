@@ -18,18 +18,6 @@ namespace {
 
 using namespace testing;
 
-Mesh needles(uint32_t count, uint32_t seed) {
-    Random random(seed);
-    Mesh m;
-    for (uint32_t i = 0; i < count; ++i) {
-        const Vec3 from = random.point(1), along = random.unit() * random(0.2f, 1.5f);
-        m.vertices.insert(m.vertices.end(),
-                          {from, from + along, from + along * 0.5f + random.point(0.01f)});
-        m.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-    }
-    return m;
-}
-
 BuildOptions fastTrace(bool vertices = false) {
     BuildOptions options;
     options.preferFastTrace = true;

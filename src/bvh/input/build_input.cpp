@@ -213,13 +213,11 @@ bool describeInstance(const InstanceDesc& from, uint32_t index, OpenLevels level
     if (!invertible || from.traversableHandle == 0 || (from.visibilityMask & 0xFF) == 0)
         return false;
     const Box box = instanceBounds(from.transform, from.traversableHandle, levels);
-    bool good = !box.empty();
     for (int a = 0; a < 3; ++a) {
         lower[a] = box.lower[a];
         upper[a] = box.upper[a];
-        good = good && usable(lower[a]) && usable(upper[a]);
     }
-    return good;
+    return endBox(lower, upper); // an empty box has no end
 }
 
 InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_t firstPrimitive,

@@ -2,7 +2,8 @@
 // Reads build inputs: decodes vertices, decides which primitives are active, and makes the
 // references that tree builders order. A primitive is inactive (never hit, not in the tree) if a
 // vertex index is out of range, a coordinate is NaN, infinite or beyond kMaxCoordinate, a triangle
-// has no area, a box is inverted, or an instance has no child, no visible bit or no inverse.
+// has no area, a box is inverted, or an instance has no child, no visible bit or no inverse. The
+// box of an instance ends at kMaxCoordinate.
 #pragma once
 
 #include "bvh/build/build.h"
@@ -25,6 +26,17 @@ void padBox(float lower[3], float upper[3]);
 // Whether an active primitive may have this coordinate.
 inline bool usable(float a) {
     return a >= -kMaxCoordinate && a <= kMaxCoordinate;
+}
+
+// Ends a box where coordinates count as infinite; false if nothing is left, or a plane is NaN.
+inline bool endBox(float lower[3], float upper[3]) {
+    bool good = true;
+    for (int a = 0; a < 3; ++a) {
+        lower[a] = std::max(lower[a], -kMaxCoordinate);
+        upper[a] = std::min(upper[a], kMaxCoordinate);
+        good = good && lower[a] <= upper[a];
+    }
+    return good;
 }
 
 // Whether a triangle has an area.

@@ -267,9 +267,7 @@ bool describeMovingInstance(const InstanceDesc& from, uint32_t index, OpenLevels
     } else if (active) {
         describeMotion(to, motion, keys);
         for (uint32_t key = 0; key < motion.keys; ++key)
-            for (int a = 0; a < 3; ++a)
-                active = active && usable(keys[key].lower[a]) && usable(keys[key].upper[a]) &&
-                         keys[key].lower[a] <= keys[key].upper[a];
+            active = active && endBox(keys[key].lower, keys[key].upper);
     }
     if (!active)
         std::fill(keys, keys + motion.keys, kNoBounds);

@@ -104,6 +104,19 @@ inline Mesh soup(uint32_t count, float size, uint32_t seed) {
     return m;
 }
 
+// Long thin triangles, whose references fast-trace builds split.
+inline Mesh needles(uint32_t count, uint32_t seed) {
+    Random random(seed);
+    Mesh m;
+    for (uint32_t i = 0; i < count; ++i) {
+        const Vec3 from = random.point(1), along = random.unit() * random(0.2f, 1.5f);
+        m.vertices.insert(m.vertices.end(),
+                          {from, from + along, from + along * 0.5f + random.point(0.01f)});
+        m.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    return m;
+}
+
 inline Mesh cube() {
     Mesh m;
     for (int i = 0; i < 8; ++i)

@@ -90,6 +90,8 @@ public:
         if (kind_ == ProgramKind::kRaygen || kind_ == ProgramKind::kException ||
             kind_ == ProgramKind::kBounds)
             startCount();
+        if (kind_ == ProgramKind::kBounds)
+            endBoxes();
         lowerAll();
     }
 
@@ -129,6 +131,34 @@ private:
                 builder_.SetInsertPoint(leave);
                 store(state(), kCount, before);
             }
+    }
+
+    // Builders drop primitives whose boxes reach beyond what they can compute with. Programs give
+    // such boxes to what has no end, as a plane: these end just before. Boxes that are inverted or
+    // have NaN are left to the builders.
+    void endBoxes() {
+        llvm::Type* type = builder_.getFloatTy();
+        for (llvm::BasicBlock& each : function_) {
+            auto* leave = llvm::dyn_cast<llvm::ReturnInst>(each.getTerminator());
+            if (!leave)
+                continue;
+            builder_.SetInsertPoint(leave);
+            Value* box = load(state(), offsetof(RayState, payloadMemory), pointer());
+            Value *planes[6], *isOrdered = builder_.getTrue();
+            for (size_t i = 0; i < 6; ++i)
+                planes[i] = load(box, i * 4, type);
+            for (size_t a = 0; a < 3; ++a)
+                isOrdered =
+                    builder_.CreateAnd(isOrdered, builder_.CreateFCmpOLE(planes[a], planes[a + 3]));
+            Value* const most = llvm::ConstantFP::get(type, 0x1p99);
+            Value* const least = llvm::ConstantFP::get(type, -0x1p99);
+            for (size_t i = 0; i < 6; ++i) {
+                Value* plane =
+                    builder_.CreateSelect(builder_.CreateFCmpOLT(planes[i], most), planes[i], most);
+                plane = builder_.CreateSelect(builder_.CreateFCmpOGT(plane, least), plane, least);
+                store(box, i * 4, builder_.CreateSelect(isOrdered, plane, planes[i]));
+            }
+        }
     }
 
     void atEntry() {
@@ -300,7 +330,7 @@ private:
         Value* reached = builder_.getInt32(reachOf(call_, bytes));
         Value* size = loadInvariant(state(), offsetof(RayState, payloadCount), word());
         return insideOr(builder_.CreateICmpULE(reached, size), memory, reached,
-                        builder_.getInt32(devlib::kCodePayload));
+                        [&] { return builder_.getInt32(devlib::kCodePayload); });
     }
     // Bytes from an address that loads and stores reach; `otherwise` where it has other uses.
     uint32_t reachOf(const Value* address, uint32_t otherwise) const {
@@ -639,11 +669,18 @@ private:
         Value* place = builder_.CreateGEP(
             builder_.getInt8Ty(), data,
             builder_.CreateMul(linear, builder_.CreateZExt(bytes, builder_.getInt64Ty())));
-        Value* code = builder_.getInt32(devlib::kCodeBufferIndex);
-        if (byId)
-            code = builder_.CreateSelect(builder_.CreateICmpEQ(width, number(0)),
-                                         builder_.getInt32(devlib::kCodeBufferId), code);
-        return insideOr(inside, place, bytes, code);
+        return insideOr(inside, place, bytes, [&]() -> Value* {
+            Value* code = builder_.getInt32(devlib::kCodeBufferIndex);
+            return byId ? builder_.CreateSelect(isNoBuffer(buffer),
+                                                builder_.getInt32(devlib::kCodeBufferId), code)
+                        : code;
+        });
+    }
+
+    // Whether a view is that of all ids that are invalid; buffers without elements have dimensions.
+    Value* isNoBuffer(Value* view) {
+        return builder_.CreateICmpEQ(loadOfLaunch(view, offsetof(BufferView, dimensions), word()),
+                                     builder_.getInt32(0));
     }
 
     // Whether the elements of all buffers that variables bind have the size that the program
@@ -654,14 +691,20 @@ private:
         });
     }
 
-    // The address, or outside of the buffer that of zeros.
-    Value* insideOr(Value* inside, Value* place, Value* bytes, Value* code) {
-        llvm::BasicBlock* before = builder_.GetInsertBlock();
+    // The builder goes on in a block that runs where the condition rarely holds.
+    llvm::Instruction* splitRarely(Value* condition) {
         llvm::MDNode* rare = llvm::MDBuilder(unit_.context()).createBranchWeights(1, 10000);
-        llvm::Instruction* end =
-            llvm::SplitBlockAndInsertIfThen(builder_.CreateNot(inside), call_, false, rare);
+        llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(condition, call_, false, rare);
         builder_.SetInsertPoint(end);
-        Value* elsewhere = zeros(bytes, code);
+        return end;
+    }
+
+    // The address, or outside of the buffer that of zeros.
+    // `code` makes the exception's code there.
+    Value* insideOr(Value* inside, Value* place, Value* bytes, llvm::function_ref<Value*()> code) {
+        llvm::BasicBlock* before = builder_.GetInsertBlock();
+        llvm::Instruction* end = splitRarely(builder_.CreateNot(inside));
+        Value* elsewhere = zeros(bytes, code());
         builder_.SetInsertPoint(call_);
         llvm::PHINode* result = builder_.CreatePHI(pointer(), 2);
         result->addIncoming(place, before);
@@ -690,6 +733,11 @@ private:
 
     Value* bufferSize(llvm::Type* type) {
         Value* buffer = view();
+        if (intrinsic_->number == kBufferId && (exceptions() & devlib::kClassicBufferId)) {
+            splitRarely(isNoBuffer(buffer));
+            zeros(builder_.getInt32(16), builder_.getInt32(devlib::kCodeBufferId));
+            builder_.SetInsertPoint(call_);
+        }
         Value* all = llvm::PoisonValue::get(type);
         for (unsigned i = 0; i < 4; ++i)
             all = builder_.CreateInsertValue(all, i < 3 ? extent(buffer, i) : number(1), i);
@@ -704,9 +752,7 @@ private:
                                 offsetof(ClassicLaunch, textureCount), argument(0), type);
         if (!(exceptions() & devlib::kClassicTextureId))
             return handle;
-        llvm::MDNode* rare = llvm::MDBuilder(unit_.context()).createBranchWeights(1, 10000);
-        builder_.SetInsertPoint(
-            llvm::SplitBlockAndInsertIfThen(builder_.CreateIsNull(handle), call_, false, rare));
+        splitRarely(builder_.CreateIsNull(handle));
         zeros(builder_.getInt32(16), builder_.getInt32(devlib::kCodeTextureId));
         builder_.SetInsertPoint(call_);
         return handle;

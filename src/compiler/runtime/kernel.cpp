@@ -87,6 +87,12 @@ void append(std::string& out, const char* format, T... values) {
     out.resize(before + size_t(length));
 }
 
+// The value of an argument of 32 bits with that many modifiers "h" below zero.
+template <class Half, class Quarter, class T>
+long long narrow(int longs, T value) {
+    return longs == 0 ? static_cast<long long>(value) : longs == -1 ? Half(value) : Quarter(value);
+}
+
 // Formats one conversion; the specification has its flags, width and precision.
 void convert(Printer& to, int longs, char conversion, ArgumentReader& arguments) {
     const auto add = [&](const char* type, auto value) {
@@ -98,13 +104,15 @@ void convert(Printer& to, int longs, char conversion, ArgumentReader& arguments)
     case 'd':
     case 'i':
         return add("lld", longs > 0 ? arguments.take<long long>()
-                                    : static_cast<long long>(arguments.take<int>()));
+                                    : narrow<short, signed char>(longs, arguments.take<int>()));
     case 'u':
     case 'x':
     case 'X':
     case 'o':
-        return add(wide, longs > 0 ? arguments.take<unsigned long long>()
-                                   : static_cast<unsigned long long>(arguments.take<unsigned>()));
+        return add(
+            wide, longs > 0 ? arguments.take<unsigned long long>()
+                            : static_cast<unsigned long long>(narrow<unsigned short, unsigned char>(
+                                  longs, arguments.take<unsigned>())));
     case 'c':
         return add(plain, arguments.take<int>());
     case 'p':
@@ -119,7 +127,8 @@ void convert(Printer& to, int longs, char conversion, ArgumentReader& arguments)
 }
 
 // Reads the flags, width and precision of a conversion into `spec` and returns where they end.
-// longs: how many modifiers make the argument one of 64 bits.
+// longs: how many modifiers make the argument one of 64 bits; below zero how many make it smaller
+// than 32 bits.
 const char* readSpecification(const char* at, std::string& spec, int& longs,
                               ArgumentReader& arguments) {
     spec = "%";
@@ -129,7 +138,9 @@ const char* readSpecification(const char* at, std::string& spec, int& longs,
             spec += std::to_string(value);
         } else if (std::strchr("lqjzt", *at)) {
             ++longs;
-        } else if (*at != 'h' && *at != 'L') {
+        } else if (*at == 'h') {
+            --longs;
+        } else if (*at != 'L') {
             spec += *at;
         }
     }

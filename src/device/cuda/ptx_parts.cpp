@@ -78,7 +78,7 @@ public:
 
     std::vector<std::string> split() {
         assign();
-        if (numRoots_ < kManyFunctions || header_.empty())
+        if (numRoots_ < kManyFunctions || header_.empty() || !areLeaves())
             return {};
         std::vector<std::string> texts(parts_.size());
         for (Variable& variable : variables_) {
@@ -165,6 +165,20 @@ private:
                 forEachWord(pieces_[piece].text,
                             [&](std::string_view word, bool) { words_[p].insert(word); });
         }
+    }
+
+    // Whether the functions by address call none by address, and none of the driver's. The linker
+    // takes the stack of a kernel from the calls that it sees, and a driver gives a linked kernel
+    // no more.
+    bool areLeaves() const {
+        for (size_t p = 1; p < parts_.size(); ++p)
+            for (const auto& [name, piece] : declarations_)
+                if (!definitions_.contains(name) && uses(p, name))
+                    return false;
+        return std::ranges::none_of(definitions_, [&](const auto& each) {
+            const PtxPiece& piece = pieces_[each.second];
+            return !piece.isKernel && piece.text.find(".callprototype") != piece.text.npos;
+        });
     }
 
     bool uses(size_t part, std::string_view name) const { return words_[part].contains(name); }

@@ -79,6 +79,29 @@ TEST(Rays, AllHitsBeginWithTheClosest) {
               SUNSTONE_TOO_SMALL);
 }
 
+// Structures refer to long thin triangles more than once.
+TEST(Rays, AllHitsNameEachTriangleOnce) {
+    const prime_test::Mesh mesh = soup(60, 8, 1);
+    const auto rays = convert(randomRays(1000, 3));
+    const Scene scene(meshOf(mesh));
+    std::vector<size_t> offsets;
+    const std::vector<Hit> all = scene.all(rays, offsets);
+    size_t most = 0;
+    for (size_t i = 0; i < rays.size(); ++i) {
+        std::vector<int> triangles;
+        for (size_t k = offsets[i]; k < offsets[i + 1]; ++k)
+            triangles.push_back(all[k].triangle);
+        most = std::max(most, triangles.size());
+        std::sort(triangles.begin(), triangles.end());
+        EXPECT_EQ(std::adjacent_find(triangles.begin(), triangles.end()), triangles.end()) << i;
+    }
+    EXPECT_GT(most, 5u);
+    std::vector<Hit> exact(all.size());
+    EXPECT_EQ(sunstoneAllHits(scene.handle(), rays.data(), rays.size(), exact.data(), exact.size(),
+                              offsets.data()),
+              SUNSTONE_OK);
+}
+
 TEST(Rays, NearestPoints) {
     // A square of side 2 in the plane z = 0.
     const Scene scene({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}, {0, 1, 2, 0, 2, 3});

@@ -25,8 +25,7 @@ SUNSTONE_API RTresult rtContextLaunchProgressive2D(RTcontext handle, unsigned en
             // Here, because the thread of the launch has no context of OpenGL.
             const gl::Share share(context);
             context.launched = true;
-            context.launchFailed = true;
-            progressive.start(parameters);
+            noteFailure(context, [&] { progressive.start(parameters); });
         },
         RT_ERROR_INVALID_CONTEXT, true);
 }

@@ -27,8 +27,6 @@ std::mutex& mutexOfDevices() {
 // Entry points without a context's lock.
 template <class Body>
 RTresult callDevice(const char* function, RTremotedevice handle, const Body& body) {
-    if (refusesForkedChild())
-        return RT_ERROR_UNKNOWN;
     return guarded(nullptr, function, [&] {
         const auto device = require<RemoteDevice>(handle, "remote_dev");
         std::lock_guard lock(mutexOfDevices());
@@ -140,11 +138,10 @@ std::vector<uint32_t> sunstone::optix6::reservedNodes(const Ref<RemoteDevice>& r
 // `mpirun` has started the ranks, so the function does not use the name and password of a user.
 SUNSTONE_API RTresult rtRemoteDeviceCreate(const char* url, const char*, const char*,
                                            RTremotedevice* remote_dev) {
-    if (refusesForkedChild())
-        return RT_ERROR_UNKNOWN;
     return guarded(nullptr, __func__, [&] {
         requireNonNull(remote_dev, "remote_dev");
         *remote_dev = nullptr;
+        watchForks();
         requireNonNull(url, "url");
         if (std::strncmp(url, kScheme, std::strlen(kScheme)) != 0)
             refuse(RT_ERROR_CONNECTION_FAILED, "url = \"", url, "\" does not begin with \"",

@@ -284,6 +284,19 @@ SUNSTONE_INLINE bool isUsable(const Bounds& box) {
     return good;
 }
 
+// Ends a box where coordinates count as infinite; false if nothing is left, or a plane is NaN.
+SUNSTONE_INLINE bool endBox(Bounds& box) {
+    bool good = true;
+    for (int a = 0; a < 3; ++a) {
+        if (box.lower[a] < -kLargestCoordinate)
+            box.lower[a] = -kLargestCoordinate;
+        if (box.upper[a] > kLargestCoordinate)
+            box.upper[a] = kLargestCoordinate;
+        good = good && box.lower[a] <= box.upper[a];
+    }
+    return good;
+}
+
 // Values of the member `pad` of an instance's record, between the two kernels.
 constexpr uint32_t kLeftForLater = 1;
 
@@ -348,7 +361,7 @@ SUNSTONE_INLINE bool describeInstance(const BuildJob& job, uint32_t index,
     const uint64_t tag = child & devlib::kTagMask;
     if (tag == devlib::kTagGas || tag == devlib::kTagIas)
         tighten<kMotion ? 1 : int(kSlots)>(m, child, shared, box);
-    return isUsable(box);
+    return endBox(box);
 }
 
 // Boxes of an instance at the keys, not padded; empty if it is inactive.
@@ -435,8 +448,13 @@ SUNSTONE_INLINE bool describeAtKeys(const BuildJob& job, uint32_t index, const B
     }
     bool active = true;
     for (uint32_t k = 0; k < job.motionKeys; ++k) {
-        active = active && isUsable(boundsOf(keys[k]));
-        exact = unite(exact, boundsOf(keys[k]));
+        Bounds atKey = boundsOf(keys[k]);
+        active = active && endBox(atKey);
+        for (int a = 0; a < 3; ++a) {
+            keys[k].lower[a] = atKey.lower[a];
+            keys[k].upper[a] = atKey.upper[a];
+        }
+        exact = unite(exact, atKey);
     }
     if (!active)
         return false;
