@@ -2,6 +2,9 @@
 // Channel descriptions of texel types: cudaCreateChannelDesc<float4>().
 #ifndef SUNSTONE_CHANNEL_DESCRIPTOR_H
 #define SUNSTONE_CHANNEL_DESCRIPTOR_H
+#ifndef __CHANNEL_DESCRIPTOR_H__
+#define __CHANNEL_DESCRIPTOR_H__ // a toolkit's header steps aside
+#endif
 
 #include "cuda_runtime_api.h"
 #include "vector_types.h"

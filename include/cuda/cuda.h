@@ -7,7 +7,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifndef CUDA_VERSION // NVRTC predefines its own
 #define CUDA_VERSION 13000
+#endif
 #define CUDAAPI
 #define CUDA_CB
 

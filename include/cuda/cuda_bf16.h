@@ -3,6 +3,9 @@
 // They need no special instruction, so every target compiles them.
 #ifndef SUNSTONE_CUDA_BF16_H
 #define SUNSTONE_CUDA_BF16_H
+#ifndef __CUDA_BF16_H__
+#define __CUDA_BF16_H__ // a toolkit's header steps aside
+#endif
 
 #include "cuda_runtime.h"
 #include "sunstone/narrow_floats.h"
@@ -46,5 +49,9 @@ typedef __nv_bfloat162 nv_bfloat162;
 #define CUDART_NEG_ZERO_BF16 __ushort_as_bfloat16((unsigned short)0x8000u)
 #define CUDART_ZERO_BF16 __ushort_as_bfloat16((unsigned short)0x0000u)
 #define CUDART_ONE_BF16 __ushort_as_bfloat16((unsigned short)0x3f80u)
+
+#ifdef __CUDACC_RTC__
+#include "cuda_fp16.h" // headers of a toolkit take both types from one source
+#endif
 
 #endif

@@ -3,6 +3,9 @@
 // conversions are for host and device code; mathematics, atomics and shuffles for device code only.
 #ifndef SUNSTONE_CUDA_FP16_H
 #define SUNSTONE_CUDA_FP16_H
+#ifndef __CUDA_FP16_H__
+#define __CUDA_FP16_H__ // a toolkit's header steps aside
+#endif
 
 #include "cuda_runtime.h"
 #include "sunstone/narrow_floats.h"
@@ -74,5 +77,9 @@ typedef __half2 half2;
 #define CUDART_NEG_ZERO_FP16 __ushort_as_half((unsigned short)0x8000u)
 #define CUDART_ZERO_FP16 __ushort_as_half((unsigned short)0x0000u)
 #define CUDART_ONE_FP16 __ushort_as_half((unsigned short)0x3c00u)
+
+#ifdef __CUDACC_RTC__
+#include "cuda_bf16.h" // headers of a toolkit take both types from one source
+#endif
 
 #endif

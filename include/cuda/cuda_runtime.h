@@ -3,6 +3,9 @@
 // device built-ins. Compilers force-include it for .cu files; README.md has the flags.
 #ifndef SUNSTONE_CUDA_RUNTIME_H
 #define SUNSTONE_CUDA_RUNTIME_H
+#ifndef __CUDA_RUNTIME_H__
+#define __CUDA_RUNTIME_H__ // a toolkit's header steps aside
+#endif
 
 #include "host_defines.h"
 

@@ -2,6 +2,9 @@
 // The functions of the CUDA runtime API that this project's libcudart implements.
 #ifndef SUNSTONE_CUDA_RUNTIME_API_H
 #define SUNSTONE_CUDA_RUNTIME_API_H
+#ifndef __CUDA_RUNTIME_API_H__
+#define __CUDA_RUNTIME_API_H__ // a toolkit's header steps aside
+#endif
 
 #include "driver_types.h"
 #include "surface_types.h"

@@ -3,10 +3,23 @@
 // layouts of the CUDA 13 runtime.
 #ifndef SUNSTONE_DRIVER_TYPES_H
 #define SUNSTONE_DRIVER_TYPES_H
+#ifndef __DRIVER_TYPES_H__
+#define __DRIVER_TYPES_H__ // a toolkit's header steps aside
+#endif
+#ifndef __DEVICE_TYPES_H__
+#define __DEVICE_TYPES_H__
+#endif
 
 #include "vector_types.h"
 
 #include <stddef.h>
+
+enum cudaRoundMode {
+    cudaRoundNearest,
+    cudaRoundZero,
+    cudaRoundPosInf,
+    cudaRoundMinInf
+};
 
 enum cudaError {
     cudaSuccess = 0,
@@ -732,6 +745,7 @@ typedef union cudaLaunchAttributeValue {
     int cooperative;
     enum cudaSynchronizationPolicy syncPolicy;
     int priority;
+    int programmaticStreamSerializationAllowed;
 } cudaLaunchAttributeValue;
 typedef struct cudaLaunchAttribute_st {
     enum cudaLaunchAttributeID id;

@@ -3,6 +3,9 @@
 // CUDA compilation, otherwise empty.
 #ifndef SUNSTONE_HOST_DEFINES_H
 #define SUNSTONE_HOST_DEFINES_H
+#ifndef __HOST_DEFINES_H__
+#define __HOST_DEFINES_H__ // a toolkit's header steps aside
+#endif
 
 #define CUDARTAPI
 #define CUDART_CB

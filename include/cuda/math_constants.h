@@ -2,6 +2,9 @@
 // Mathematical constants under CUDA's names.
 #ifndef SUNSTONE_MATH_CONSTANTS_H
 #define SUNSTONE_MATH_CONSTANTS_H
+#ifndef __MATH_CONSTANTS_H__
+#define __MATH_CONSTANTS_H__ // a toolkit's header steps aside
+#endif
 
 #define CUDART_INF_F __int_as_float(0x7f800000)
 #define CUDART_NAN_F __int_as_float(0x7fffffff)

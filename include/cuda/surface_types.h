@@ -2,6 +2,9 @@
 // The runtime API's surface objects.
 #ifndef SUNSTONE_SURFACE_TYPES_H
 #define SUNSTONE_SURFACE_TYPES_H
+#ifndef __SURFACE_TYPES_H__
+#define __SURFACE_TYPES_H__ // a toolkit's header steps aside
+#endif
 
 #include "driver_types.h"
 

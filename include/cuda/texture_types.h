@@ -2,6 +2,9 @@
 // The runtime API's texture descriptions.
 #ifndef SUNSTONE_TEXTURE_TYPES_H
 #define SUNSTONE_TEXTURE_TYPES_H
+#ifndef __TEXTURE_TYPES_H__
+#define __TEXTURE_TYPES_H__ // a toolkit's header steps aside
+#endif
 
 #include "driver_types.h"
 

@@ -2,6 +2,9 @@
 // make_<vector type>: one constructor function for each type of vector_types.h.
 #ifndef SUNSTONE_VECTOR_FUNCTIONS_H
 #define SUNSTONE_VECTOR_FUNCTIONS_H
+#ifndef __VECTOR_FUNCTIONS_H__
+#define __VECTOR_FUNCTIONS_H__ // a toolkit's header steps aside
+#endif
 
 #include "vector_types.h"
 

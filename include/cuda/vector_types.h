@@ -2,8 +2,17 @@
 // CUDA's vector types, with the sizes and alignments of CUDA 13.
 #ifndef SUNSTONE_VECTOR_TYPES_H
 #define SUNSTONE_VECTOR_TYPES_H
+#ifndef __VECTOR_TYPES_H__
+#define __VECTOR_TYPES_H__ // a toolkit's header steps aside
+#endif
 
 #include "host_defines.h"
+
+// Toolkit headers put these around uses of the types that CUDA 13 deprecates.
+#ifndef __NV_SILENCE_DEPRECATION_BEGIN
+#define __NV_SILENCE_DEPRECATION_BEGIN
+#define __NV_SILENCE_DEPRECATION_END
+#endif
 
 struct char1 {
     signed char x;

@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
+#include <iterator>
 
 namespace sunstone {
 
@@ -27,16 +28,28 @@ uint64_t readableEpoch() {
 
 bool isReadableNearby(const void* address, size_t size) {
     constexpr uintptr_t kPage = 4096; // the smallest page size of all machines
-    thread_local uint64_t epoch = 0;
-    thread_local uintptr_t known = 0;
-    const uintptr_t page = uintptr_t(address) / kPage;
-    const bool isInside = size != 0 && uintptr_t(address) % kPage <= kPage - std::min(size, kPage);
-    if (isInside && size <= kPage && page == known && epoch == readableEpoch())
-        return true;
-    if (!isReadable(address, size))
-        return false;
-    known = page;
-    epoch = readableEpoch();
+    // Pages by the low bits of their numbers. 0 is no page of a process.
+    struct Known {
+        uint64_t epoch = 0;
+        uintptr_t pages[4096] = {};
+    };
+    thread_local Known known;
+    const uintptr_t first = uintptr_t(address) / kPage;
+    const uintptr_t offset = uintptr_t(address) % kPage;
+    if (size == 0 || size > 2 * kPage)
+        return isReadable(address, size);
+    if (known.epoch != readableEpoch()) {
+        std::fill(std::begin(known.pages), std::end(known.pages), 0);
+        known.epoch = readableEpoch();
+    }
+    for (uintptr_t page = first; page <= first + (offset + size - 1) / kPage; ++page) {
+        uintptr_t& slot = known.pages[page % std::size(known.pages)];
+        if (slot == page)
+            continue;
+        if (!isReadable(reinterpret_cast<const void*>(page * kPage), 1))
+            return false;
+        slot = page;
+    }
     return true;
 }
 

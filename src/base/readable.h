@@ -15,7 +15,8 @@ bool isReadable(const void* address, size_t size);
 void beginReadableEpoch();
 uint64_t readableEpoch();
 
-// Like isReadable, for addresses that lie close together: remembers the page of the last answer.
+// Like isReadable, for many addresses on few pages: each thread remembers pages that it found
+// readable in the present epoch.
 bool isReadableNearby(const void* address, size_t size);
 
 } // namespace sunstone

@@ -110,7 +110,7 @@ inline constexpr OpcodeText kOpcodeTexts[] = {
     // Asynchronous copies and barrier objects
     {"cp",           O::kCopyAsync,              N::kEffects},
     {"mbarrier",     O::kBarrierObject,          N::kEffects,     A::kNew,        L::kWait},
-    {"griddepcontrol", O::kNothing,               N::kEffects},
+    {"griddepcontrol|setmaxnreg", O::kNothing,    N::kEffects},
     // Matrices of a warp
     {"wmma",         O::kWideMatrices,           N::kWarpMemory,  A::kOld,        L::kMatrix},
     {"mma",          O::kMultiplyMatrices,       N::kWarpMemory,  A::kNew,        L::kMatrix},
@@ -118,7 +118,7 @@ inline constexpr OpcodeText kOpcodeTexts[] = {
     {"movmatrix",    O::kTransposeMatrix,        N::kWarpMemory,  A::kNew,        L::kMatrix},
     {"createpolicy", O::kNothing,                N::kEffects},
     // Units that only GPUs have
-    {"wgmma|tcgen05|tensormap|multimem|mapa|getctarank|setmaxnreg|clusterlaunchcontrol",
+    {"wgmma|tcgen05|tensormap|multimem|mapa|getctarank|clusterlaunchcontrol",
                      O::kUnknown},
     // Video
     {"vadd|vsub|vabsdiff|vmin|vmax|vshl|vshr",

@@ -23,15 +23,7 @@ uint32_t bits(float value) {
 }
 
 float fromSrgb(uint8_t value) {
-    static const std::array<float, 256> table = [] {
-        std::array<float, 256> values{};
-        for (unsigned i = 0; i < 256; ++i) {
-            const double c = i / 255.0;
-            values[i] = float(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
-        }
-        return values;
-    }();
-    return table[value];
+    return srgbNumbers()[value];
 }
 
 template <class T>
@@ -66,6 +58,18 @@ void storeUnit(uint8_t* texel, float value) {
 }
 
 } // namespace
+
+const float* srgbNumbers() {
+    static const std::array<float, 256> table = [] {
+        std::array<float, 256> values{};
+        for (unsigned i = 0; i < 256; ++i) {
+            const double c = i / 255.0;
+            values[i] = float(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
+        }
+        return values;
+    }();
+    return table.data();
+}
 
 float halfToFloat(uint16_t half) {
     const uint32_t sign = uint32_t(half & 0x8000) << 16;

@@ -28,6 +28,9 @@ void storeWords(const Format& format, uint8_t* texel, const uint32_t words[4]);
 // One texel of a 4 x 4 block; block formats only.
 void decodeBlock(Channel channel, const uint8_t* block, unsigned x, unsigned y, float color[4]);
 
+// The numbers of the 256 values of an sRGB channel.
+const float* srgbNumbers();
+
 float halfToFloat(uint16_t half);
 uint16_t floatToHalf(float value);
 

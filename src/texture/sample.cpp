@@ -7,9 +7,9 @@
 // Source: CUDA C++ Programming Guide, appendix "Texture Fetching".
 #include "texture/device_functions.h"
 
-#include "base/log.h"
 #include "texture/fetch.h"
 #include "texture/footprint.h"
+#include "texture/quick.h"
 #include "texture/texture.h"
 
 #include <algorithm>
@@ -37,6 +37,7 @@ struct Sampler {
     Reading reading;
     bool clamps = false;           // overrides the address modes
     TexelRecord* record = nullptr; // receives the texels instead of reading them
+    bool quick = false;            // may use the texture's own function
 
     explicit Sampler(const Texture& t, bool texelNumbers) : texture(t), reading{t.asFloat, t.srgb} {
         byNumber = texelNumbers;
@@ -176,6 +177,10 @@ void noTexel(const Format& format, uint32_t result[4]) {
 // Filters over `dimensions` axes; axes beyond are fixed by `slice`.
 void sampleImage(const Sampler& sampler, const Image& image, unsigned dimensions,
                  const double position[3], uint32_t slice, uint32_t result[4]) {
+    if (sampler.quick &&
+        sampler.texture.quick.image(sampler.texture, image, dimensions, position[0], position[1],
+                                    position[2], slice, result))
+        return;
     const uint32_t sizes[3] = {image.width, image.height, image.depth};
     Axis axes[3];
     int64_t texels[3][2] = {{0, 0}, {0, 0}, {int64_t(slice), int64_t(slice)}};
@@ -282,6 +287,7 @@ void sampleCube(const Sampler& sampler, const Image& image, const double directi
         Sampler face = sampler;
         face.normalized = true;
         face.clamps = sampler.texture.seamless;
+        face.quick = sampler.quick && sampler.normalized && !face.clamps;
         sampleImage(face, image, 2, position, firstSlice + p.face, result);
         return;
     }
@@ -510,22 +516,20 @@ bool recordTexels(uint64_t handle, uint32_t form, const SampleOperands& operands
     return true;
 }
 
-void sample(uint64_t handle, uint32_t form, const SampleOperands* operands, uint32_t result[4]) {
-    result[0] = result[1] = result[2] = result[3] = 0;
-    const Texture* texture = findTexture(handle);
-    if (!texture) {
-        logOnce(LogLevel::kError, "texture", "a program reads a texture whose handle is not alive");
-        return;
-    }
+void sampleSlowly(const Texture& texture, uint32_t form, const SampleOperands& operands, bool quick,
+                  uint32_t result[4]) {
+    std::fill_n(result, 4, 0u);
     const bool texelNumbers = form & kIntegerCoordinates;
-    if (texture->linearMemory) {
-        fetchLinear(*texture,
-                    texelNumbers ? int32_t(operands->position[0])
-                                 : wholeNumber(std::bit_cast<float>(operands->position[0])),
+    if (texture.linearMemory) {
+        fetchLinear(texture,
+                    texelNumbers ? int32_t(operands.position[0])
+                                 : wholeNumber(std::bit_cast<float>(operands.position[0])),
                     result);
         return;
     }
-    sampleImages(Sampler(*texture, texelNumbers), form, *operands, result);
+    Sampler sampler(texture, texelNumbers);
+    sampler.quick = quick && texture.quick.image && !texelNumbers;
+    sampleImages(sampler, form, operands, result);
 }
 
 } // namespace sunstone::texture

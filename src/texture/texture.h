@@ -14,8 +14,25 @@ enum class Address : uint8_t { kWrap, kClamp, kMirror, kBorder };
 
 constexpr unsigned kMaxLevels = 32;
 
+struct SampleOperands;
+struct Texture;
+
+// Sampling by functions of the format's own; see quick.h. `add` fills it in.
+struct QuickSampling {
+    // Samples one level. False: nothing is written, and the generic code has to answer.
+    bool (*image)(const Texture& texture, const Image& image, unsigned dimensions, double x,
+                  double y, double z, uint32_t slice, uint32_t result[4]) = nullptr;
+    // A sampling call whose form has none of `otherForms`, which need more than one sample of the
+    // first level.
+    void (*call)(const Texture& texture, uint32_t form, const SampleOperands& operands,
+                 uint32_t result[4]) = nullptr;
+    uint32_t otherForms = ~0u;
+    const float* fromSrgb = nullptr; // a number for each of 256 values
+};
+
 struct Texture {
     Format format;
+    QuickSampling quick;
     unsigned levels = 1;
     Image images[kMaxLevels];
     bool layered = false;

@@ -10,6 +10,7 @@
 #include <dlfcn.h>
 #include <string>
 #include <thread>
+#include <unistd.h>
 #include <vector>
 
 namespace {
@@ -178,6 +179,76 @@ TEST(Nvrtc, CompilesWhatTheDriverLoads) {
         EXPECT_EQ(size(program, &bytes), NVRTC_SUCCESS);
         EXPECT_EQ(bytes, 0u);
     }
+}
+
+// What a kernel `put` with this body writes.
+int valueIn(const std::string& before, const std::string& body, const Words& options = {}) {
+    Program program(before + "\nextern \"C\" __global__ void put(int* to) { " + body + " }\n");
+    EXPECT_EQ(program.compile(options), NVRTC_SUCCESS) << before << program.log();
+    return valueOf(program.ptx());
+}
+
+TEST(Nvrtc, PredefinedMacros) {
+    EXPECT_EQ(valueIn("", "*to = CUDA_VERSION;"), 13000);
+    EXPECT_EQ(valueIn("#include <cuda.h>", "*to = CUDA_VERSION;"), 13000);
+    EXPECT_EQ(valueIn("", "*to = __CUDACC_VER_MAJOR__ * 100 + __CUDACC_VER_MINOR__;"), 1300);
+    EXPECT_EQ(valueIn("", "*to = __CUDA_API_VER_MAJOR__ + __NVCC_DIAG_PRAGMA_SUPPORT__;"), 14);
+    EXPECT_EQ(valueIn("", "*to = __CUDA_ARCH_LIST__;", {"-arch=compute_80"}), 800);
+    EXPECT_EQ(valueIn("", "assert(to); *to = 4;"), 4);
+    constexpr char kOnDemand[] = "int n = 0;\n#ifdef __CUDACC_RDC__\nn += 1;\n#endif\n"
+                                 "#ifdef __CUDACC_RTC_INT128__\nn += 2;\n#endif\n*to = n;";
+    EXPECT_EQ(valueIn("", kOnDemand), 0);
+    EXPECT_EQ(valueIn("", kOnDemand, {"-rdc=true", "--device-int128"}), 3);
+}
+
+TEST(Nvrtc, ConditionsOfTargets) {
+    EXPECT_EQ(valueIn("", "NV_IF_TARGET(NV_IS_DEVICE, (*to = 3;), (*to = 4;))"), 3);
+    EXPECT_EQ(valueIn("", "*to = 1; NV_IF_TARGET(NV_IS_HOST, (*to = 3;))"), 1);
+    EXPECT_EQ(valueIn("", "NV_IF_ELSE_TARGET(NV_PROVIDES_SM_80, (*to = 8;), (*to = 7;))"), 7);
+    EXPECT_EQ(valueIn("", "NV_IF_ELSE_TARGET(NV_IS_EXACTLY_SM_75, *to = 8;, *to = 7;)"), 8);
+    constexpr char kDispatch[] =
+        "NV_DISPATCH_TARGET(NV_PROVIDES_SM_90, (*to = 9;), NV_PROVIDES_SM_80, (*to = 8;),"
+        " NV_IS_DEVICE, (*to = max(6, 7);))";
+    EXPECT_EQ(valueIn("", kDispatch), 7);
+    EXPECT_EQ(valueIn("", kDispatch, {"-arch=compute_80"}), 8);
+    EXPECT_EQ(valueIn("", kDispatch, {"-arch=compute_90"}), 9);
+}
+
+TEST(Nvrtc, ComplexNumbers) {
+    EXPECT_EQ(valueIn("#include <cuComplex.h>",
+                      "cuFloatComplex a = make_cuFloatComplex(5, 2); *to = (int)(cuCrealf(cuCmulf("
+                      "a, a)) + cuCimagf(cuCsubf(a, cuConjf(a))));"),
+              25);
+    EXPECT_EQ(valueIn("#include <cuComplex.h>",
+                      "cuDoubleComplex a = make_cuDoubleComplex(3, 4), b = cuCdiv(cuCmul(a, a), a);"
+                      "*to = (int)(cuCabs(a) + 0.5) * 100 + (int)(b.x + 0.5) * 10 +"
+                      "      (int)(cuCfma(a, a, b).y + 0.5);"),
+              558);
+}
+
+// Headers of a toolkit, whose folder follows that of Sunstone's headers.
+TEST(Nvrtc, LibrariesOfAToolkit) {
+    const std::string folder = "/usr/local/cuda/include";
+    if (access((folder + "/cccl/cuda/std/array").c_str(), R_OK) != 0)
+        GTEST_SKIP() << "no toolkit";
+    const std::string include = "-I" + folder, libraries = "-I" + folder + "/cccl";
+    const Words options = {include.c_str(), libraries.c_str()};
+    EXPECT_EQ(valueIn("#include <cuda/std/array>",
+                      "cuda::std::array<int, 3> a{1, 2, 7}; *to = a[2];", options),
+              7);
+    EXPECT_EQ(valueIn("#include <cuda/atomic>",
+                      "*to = 5; cuda::atomic_ref<int, cuda::thread_scope_device> r(*to);"
+                      "r.fetch_add(1);",
+                      options),
+              6);
+    EXPECT_EQ(valueIn("#include <cub/block/block_scan.cuh>",
+                      "typedef cub::BlockScan<int, 1> Scan; __shared__ Scan::TempStorage s;"
+                      "int sum; Scan(s).InclusiveSum(9, sum); *to = sum;",
+                      options),
+              9);
+    EXPECT_EQ(valueIn("#include <cuda_fp16.h>\n#include <cuda_fp8.h>",
+                      "*to = __nv_fp8_e4m3(1.0f).__x;", options),
+              0x38);
 }
 
 TEST(Nvrtc, LogsHaveNameAndLine) {

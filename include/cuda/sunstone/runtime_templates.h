@@ -186,6 +186,29 @@ SUNSTONE_HOST cudaError_t cudaOccupancyMaxPotentialBlockSize(int* minGridSize, i
                                                                    size, limit);
 }
 
+template <class Size, class T>
+SUNSTONE_HOST cudaError_t cudaOccupancyMaxPotentialBlockSizeVariableSMem(int* minGridSize,
+                                                                         int* blockSize, T kernel,
+                                                                         Size sharedBytesOf,
+                                                                         int limit = 0) {
+    return cudaOccupancyMaxPotentialBlockSizeVariableSMemWithFlags(minGridSize, blockSize, kernel,
+                                                                   sharedBytesOf, limit);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaOccupancyMaxPotentialBlockSizeWithFlags(
+    int* minGridSize, int* blockSize, T kernel, size_t sharedBytes = 0, int limit = 0,
+    unsigned int flags = 0) {
+    sunstone_runtime::ConstantSize size = {sharedBytes};
+    return cudaOccupancyMaxPotentialBlockSizeVariableSMemWithFlags(minGridSize, blockSize, kernel,
+                                                                   size, limit, flags);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaOccupancyAvailableDynamicSMemPerBlock(size_t* bytes, T* kernel,
+                                                                    int blocks, int blockSize) {
+    return ::cudaOccupancyAvailableDynamicSMemPerBlock(bytes, (const void*)kernel, blocks,
+                                                       blockSize);
+}
+
 #undef SUNSTONE_HOST
 
 // ---- small constructors ------------------------------------------------------------------------

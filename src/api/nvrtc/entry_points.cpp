@@ -12,11 +12,7 @@ namespace sunstone::nvrtc {
 
 namespace {
 
-#ifdef SUNSTONE_NVRTC_12
-constexpr int kMajor = 12, kMinor = 9, kDefaultArchitecture = 52;
-#else
-constexpr int kMajor = 13, kMinor = 0, kDefaultArchitecture = 75;
-#endif
+constexpr int kDefaultArchitecture = kMajor == 12 ? 52 : 75;
 
 HandleTable<Program>& programs() {
     static auto* table = new HandleTable<Program>;

@@ -143,7 +143,7 @@ constexpr Rule kRules[] = {
     {"restrict", "restrict", Takes::kNothing, "", ignore},
     {"device-as-default-execution-space", "default-device", Takes::kNothing, "",
      set<&Options::defaultDevice>},
-    {"device-int128", "device-int128", Takes::kNothing, "", ignore},
+    {"device-int128", "device-int128", Takes::kNothing, "", set<&Options::int128>},
     {"device-float128", "device-float128", Takes::kNothing, "", ignore},
     {"optimization-info", "opt-info", Takes::kText, "", ignore},
     {"display-error-number", "err-no", Takes::kNothing, "", ignore},
@@ -216,6 +216,26 @@ Options parseOptions(const std::vector<std::string>& words, int defaultArchitect
                                              "): it is ", rule->values));
     }
     return options;
+}
+
+std::vector<std::string> predefinedMacros(const Options& options) {
+    const std::string major = std::to_string(kMajor), minor = std::to_string(kMinor);
+    std::vector<std::string> macros = {
+        "-D__CUDACC_RTC__=1",
+        "-D__NV_BUILTIN_MOVE_FORWARD=1",
+        "-D__NVCC_DIAG_PRAGMA_SUPPORT__=1",
+        "-D__CUDACC_VER_MAJOR__=" + major,
+        "-D__CUDACC_VER_MINOR__=" + minor,
+        "-D__CUDACC_VER_BUILD__=0",
+        "-D__CUDA_API_VER_MAJOR__=" + major,
+        "-D__CUDA_API_VER_MINOR__=" + minor,
+        "-DCUDA_VERSION=" + std::to_string(kMajor * 1000 + kMinor * 10),
+        "-D__CUDA_ARCH_LIST__=" + std::to_string(options.architecture * 10)};
+    if (options.relocatable)
+        macros.push_back("-D__CUDACC_RDC__=1");
+    if (options.int128)
+        macros.push_back("-D__CUDACC_RTC_INT128__=1");
+    return macros;
 }
 
 std::vector<std::string> clangArguments(const Options& options) {

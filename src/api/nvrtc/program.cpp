@@ -197,8 +197,9 @@ nvrtcResult Program::run(const Options& options) {
     append(clangArguments(options));
     // Sunstone's CUDA headers precede the folders that the program names.
     const std::string& headers = compiler().headers;
-    append({"-D__CUDACC_RTC__=1", "-D__NV_BUILTIN_MOVE_FORWARD=1", "-I" + headers, "-include",
-            headers + "/cuda_runtime.h"});
+    append(predefinedMacros(options));
+    append({"-I" + headers, "-include", headers + "/cuda_runtime.h", "-include",
+            headers + "/sunstone/rtc.h"});
     append(tree.arguments());
     append(options.preprocessor);
     if (options.sourceFolder)

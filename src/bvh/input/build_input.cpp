@@ -240,11 +240,6 @@ InputRecord makeInputRecord(const SbtInput& sbt, uint32_t firstSbtIndex, uint32_
 }
 
 bool leadsToBlock(uint64_t handle) {
-    // Instances of one structure tend to come in a row.
-    thread_local uint64_t known = 0, epoch = 0;
-    if (handle == known && known != 0 && epoch == readableEpoch())
-        return true;
-    const uint64_t first = handle;
     for (int i = 0; i < kMaxTransformChain; ++i) {
         const auto* address = reinterpret_cast<const void*>(handle & ~devlib::kTagMask);
         const uint64_t tag = handle & devlib::kTagMask;
@@ -255,13 +250,9 @@ bool leadsToBlock(uint64_t handle) {
             continue;
         }
         if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||
-            !isReadable(address, sizeof(BlockHeader)) || !looksLikeBlock(headerOf(address)))
+            !isReadableNearby(address, sizeof(BlockHeader)))
             return false;
-        if (i == 0) { // a transform's child may change
-            known = first;
-            epoch = readableEpoch();
-        }
-        return true;
+        return looksLikeBlock(headerOf(address));
     }
     return false;
 }

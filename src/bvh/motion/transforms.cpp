@@ -26,16 +26,17 @@ bool isReadableTransform(uint64_t handle) {
     const auto* address = reinterpret_cast<const void*>(handle & ~devlib::kTagMask);
     switch (tagOf(handle)) {
     case devlib::kTagStatic:
-        return isReadable(address, sizeof(StaticTransform));
+        return isReadableNearby(address, sizeof(StaticTransform));
     case devlib::kTagMatrixMotion:
-        return isReadable(address, sizeof(MatrixMotionTransform)) &&
-               isReadable(address,
-                          offsetof(MatrixMotionTransform, matrices) +
-                              std::max<size_t>(motionOf(handle).keys, 2) * sizeof(float[12]));
+        return isReadableNearby(address, sizeof(MatrixMotionTransform)) &&
+               isReadableNearby(address,
+                                offsetof(MatrixMotionTransform, matrices) +
+                                    std::max<size_t>(motionOf(handle).keys, 2) * sizeof(float[12]));
     case devlib::kTagSrtMotion:
-        return isReadable(address, sizeof(SrtMotionTransform)) &&
-               isReadable(address, offsetof(SrtMotionTransform, keys) +
-                                       std::max<size_t>(motionOf(handle).keys, 2) * sizeof(SrtKey));
+        return isReadableNearby(address, sizeof(SrtMotionTransform)) &&
+               isReadableNearby(address,
+                                offsetof(SrtMotionTransform, keys) +
+                                    std::max<size_t>(motionOf(handle).keys, 2) * sizeof(SrtKey));
     default:
         return false;
     }

@@ -256,11 +256,13 @@ private:
     Value* indexRegister(std::string_view name);
     Value* laneRegister(std::string_view name);
     Value* gridRegister(std::string_view name);
+    Value* clusterRegister(std::string_view name);
     Value* clockRegister(std::string_view name);
     Value* kernelField(size_t offset);
     // Calls the run-time where a lane of a kernel depends on other lanes.
     Value* meet(ptx::Lockstep how, llvm::Type* result, llvm::ArrayRef<Value*> operands = {});
     void barrier(const ptx::Instruction& instruction);
+    void clusterBarrier(const ptx::Instruction& instruction);
     void warpSync(const ptx::Instruction& instruction);
     void vote(const ptx::Instruction& instruction);
     void shuffle(const ptx::Instruction& instruction);

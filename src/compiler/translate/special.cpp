@@ -36,8 +36,9 @@ Value* FunctionTranslator::special(std::string_view name, ptx::Location location
         return value;
     if (unit_.isGpu() && name.starts_with("%"))
         return readSpecialNative(name);
-    for (const auto read : {&FunctionTranslator::laneRegister, &FunctionTranslator::gridRegister,
-                            &FunctionTranslator::clockRegister})
+    for (const auto read :
+         {&FunctionTranslator::laneRegister, &FunctionTranslator::gridRegister,
+          &FunctionTranslator::clockRegister, &FunctionTranslator::clusterRegister})
         if (Value* value = (this->*read)(name))
             return value;
     failAt(ErrorCode::kInvalidPtx, location, "special register \"", name,
@@ -131,6 +132,27 @@ Value* FunctionTranslator::gridRegister(std::string_view name) {
     return nullptr;
 }
 
+// Each block is a cluster of its own. Values that only tools give a meaning are 0. Null for other
+// names.
+Value* FunctionTranslator::clusterRegister(std::string_view name) {
+    if (name.starts_with("%clusterid."))
+        return indexRegister(message("%ctaid.", name.back()));
+    if (name.starts_with("%nclusterid."))
+        return indexRegister(message("%nctaid.", name.back()));
+    if (name.starts_with("%cluster_nctaid.") || name == "%cluster_nctarank")
+        return builder_.getInt32(1);
+    if (name.starts_with("%cluster_ctaid.") || name == "%cluster_ctarank" ||
+        name.starts_with("%envreg") || name.starts_with("%reserved_smem_offset_"))
+        return builder_.getInt32(0);
+    if (name == "%is_explicit_cluster")
+        return builder_.getFalse();
+    if (name == "%current_graph_exec")
+        return builder_.getInt64(0);
+    if (name.starts_with("%pm"))
+        return name.ends_with("_64") ? builder_.getInt64(0) : builder_.getInt32(0);
+    return nullptr;
+}
+
 // Null for other names.
 Value* FunctionTranslator::clockRegister(std::string_view name) {
     llvm::Type* word = intType(32);
@@ -166,13 +188,23 @@ Value* FunctionTranslator::meet(ptx::Lockstep how, llvm::Type* result,
     return builder_.CreateCall(unit_.helper(function.name, result, types, false), values);
 }
 
+// A cluster is one block: its threads meet where they wait.
+void FunctionTranslator::clusterBarrier(const ptx::Instruction& instruction) {
+    operandCount(instruction, 0, 0);
+    if (instruction.has("arrive"))
+        return;
+    Value* zero = builder_.getInt32(0);
+    meet(instruction.facts->lockstep, intType(32),
+         {zero, zero, builder_.getInt32(devlib::kReduceNone), zero});
+}
+
 void FunctionTranslator::barrier(const ptx::Instruction& instruction) {
     if (instruction.has("warp"))
         return warpSync(instruction);
     if (!isKernel())
         reject(instruction, ErrorCode::kInvalidPtx, "barriers are not allowed in OptiX programs");
     if (instruction.has("cluster"))
-        reject(instruction, ErrorCode::kNotSupported, "thread block clusters are not available");
+        return clusterBarrier(instruction);
     const bool reduces = instruction.has("red");
     const bool arrives = instruction.has("arrive");
     const devlib::BarrierReduction reduction = !reduces                  ? devlib::kReduceNone

@@ -32,6 +32,12 @@ bool isDefined(const ptx::Variable& variable) {
     return variable.linkage != ptx::Linkage::kExtern;
 }
 
+// Whether the toolkit's device run-time has the function for kernels that launch kernels.
+bool launchesKernels(std::string_view name) {
+    return name.starts_with("__cuda_syscall_") || name.starts_with("cudaGetParameterBuffer") ||
+           name.starts_with("cudaLaunchDevice");
+}
+
 } // namespace
 
 Unit::Unit(const Flavor& flavor, PipelineRules rules, std::vector<const ptx::Module*> modules,
@@ -242,6 +248,9 @@ llvm::Function* Unit::function(const ptx::Module& from, std::string_view name,
     }
     if (llvm::Function* provided = runtimeFunction(name, from))
         return provided;
+    if (flavor_.isKernels() && launchesKernels(name))
+        failAt(ErrorCode::kNotSupported, location, "\"", name,
+               "\" is not available: kernels cannot launch kernels");
     failAt(ErrorCode::kLinkError, location, "function \"", name,
            "\" is declared, but no module of the program defines it");
 }

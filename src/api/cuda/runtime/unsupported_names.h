@@ -53,7 +53,6 @@
     X(cudaGraphAddMemFreeNode) \
     X(cudaGraphAddMemcpyNodeFromSymbol) \
     X(cudaGraphAddMemcpyNodeToSymbol) \
-    X(cudaGraphAddNode) \
     X(cudaGraphConditionalHandleCreate) \
     X(cudaGraphDebugDotPrint) \
     X(cudaGraphEventRecordNodeSetEvent) \
@@ -65,7 +64,6 @@
     X(cudaGraphExecExternalSemaphoresWaitNodeSetParams) \
     X(cudaGraphExecMemcpyNodeSetParamsFromSymbol) \
     X(cudaGraphExecMemcpyNodeSetParamsToSymbol) \
-    X(cudaGraphExecNodeSetParams) \
     X(cudaGraphExternalSemaphoresSignalNodeGetParams) \
     X(cudaGraphExternalSemaphoresSignalNodeSetParams) \
     X(cudaGraphExternalSemaphoresWaitNodeGetParams) \
@@ -78,7 +76,6 @@
     X(cudaGraphMemcpyNodeGetParams) \
     X(cudaGraphMemcpyNodeSetParamsFromSymbol) \
     X(cudaGraphMemcpyNodeSetParamsToSymbol) \
-    X(cudaGraphNodeSetParams) \
     X(cudaGraphicsEGLRegisterImage) \
     X(cudaGraphicsGLRegisterBuffer) \
     X(cudaGraphicsGLRegisterImage) \

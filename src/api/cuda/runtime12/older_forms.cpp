@@ -19,6 +19,9 @@ cudaError_t cudaGraphNodeGetDependencies_v2(cudaGraphNode_t node, cudaGraphNode_
                                             cudaGraphEdgeData* edges, size_t* count);
 cudaError_t cudaGraphNodeGetDependentNodes_v2(cudaGraphNode_t node, cudaGraphNode_t* dependents,
                                               cudaGraphEdgeData* edges, size_t* count);
+cudaError_t cudaGraphAddNode_v2(cudaGraphNode_t* node, cudaGraph_t graph,
+                                const cudaGraphNode_t* dependencies, const cudaGraphEdgeData* edges,
+                                size_t count, cudaGraphNodeParams* params);
 cudaError_t cudaGraphAddDependencies_v2(cudaGraph_t graph, const cudaGraphNode_t* from,
                                         const cudaGraphNode_t* to, const cudaGraphEdgeData* edges,
                                         size_t count);
@@ -142,6 +145,11 @@ SUNSTONE_OLDER(cudaGraphNodeGetDependentNodes,
 SUNSTONE_OLDER(cudaGraphAddDependencies, (cudaGraph_t graph, const cudaGraphNode_t* from,
                                           const cudaGraphNode_t* to, size_t count)) {
     return cudaGraphAddDependencies_v2(graph, from, to, nullptr, count);
+}
+SUNSTONE_OLDER(cudaGraphAddNode,
+               (cudaGraphNode_t * node, cudaGraph_t graph, const cudaGraphNode_t* dependencies,
+                size_t count, cudaGraphNodeParams* params)) {
+    return cudaGraphAddNode_v2(node, graph, dependencies, nullptr, count, params);
 }
 SUNSTONE_OLDER(cudaGraphRemoveDependencies, (cudaGraph_t graph, const cudaGraphNode_t* from,
                                              const cudaGraphNode_t* to, size_t count)) {

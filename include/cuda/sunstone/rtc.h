@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+// What NVRTC has without an include, beyond cuda_runtime.h: assert and the conditions of <nv/target>.
+#ifndef SUNSTONE_RTC_H
+#define SUNSTONE_RTC_H
+
+#include "target.h"
+
+#include <assert.h>
+
+#endif
