@@ -28,7 +28,7 @@ uint64_t readableEpoch() {
 
 bool isReadableNearby(const void* address, size_t size) {
     constexpr uintptr_t kPage = 4096; // the smallest page size of all machines
-    // Pages by the low bits of their numbers. 0 is no page of a process.
+    // Pages by the low bits of their numbers. 0 marks a free slot.
     struct Known {
         uint64_t epoch = 0;
         uintptr_t pages[4096] = {};
@@ -44,7 +44,7 @@ bool isReadableNearby(const void* address, size_t size) {
     }
     for (uintptr_t page = first; page <= first + (offset + size - 1) / kPage; ++page) {
         uintptr_t& slot = known.pages[page % std::size(known.pages)];
-        if (slot == page)
+        if (slot == page && page != 0)
             continue;
         if (!isReadable(reinterpret_cast<const void*>(page * kPage), 1))
             return false;
