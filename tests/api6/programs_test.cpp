@@ -192,6 +192,8 @@ TEST_F(Programs, NamesOfTemplates) {
 }
 
 TEST_F(Programs, PrintsOfNarrowNumbers) {
+    if (runsOnGpu())
+        GTEST_SKIP() << "the driver formats, and misreads %hx (docs/gpu.md)";
     ok(rtContextSetPrintEnabled(context_, 1));
     ok(rtVariableSet1i(variable("element"), 0x12345 - (1 << 17)));
     testing::internal::CaptureStdout();
