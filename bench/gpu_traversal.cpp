@@ -2,7 +2,8 @@
 // Builds and traversal on a GPU, by our kernels alone: build times, sizes, rays per second of each
 // kernel, and the number of answers that differ from those of the CPU's engine.
 //   bench_gpu_kernels [--scenes terrain,soup,thin,spheres] [--triangles N] [--width 1920]
-//                     [--repeats 6] [--all-flags 1] [--driver libcuda.so.1]
+//                     [--repeats 6] [--all-flags 1] [--driver libcuda.so.1] [--one-block 0]
+// --one-block 0: builds of few triangles take the kernels of large ones.
 // Reads gpu_traversal.ptx beside the program.
 #include "gpu_traversal.h"
 #include "bvh/gpu/build/builder.h"
@@ -133,6 +134,8 @@ public:
         GPU(deviceGetAttribute, &multiprocessors_, CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT,
             device);
     }
+
+    void buildAsLarge() { builder_.setMostInBlock(0); }
 
     void scene(const Mesh& mesh) {
         std::printf("== %s, %u triangles\n", mesh.name.c_str(), mesh.numTriangles());
@@ -341,7 +344,7 @@ int main(int argc, char** argv) {
     folder = folder.find('/') == std::string::npos ? "." : folder.substr(0, folder.rfind('/'));
     uint32_t triangles = 0, width = 1920;
     int repeats = 6;
-    bool allFlags = false;
+    bool allFlags = false, oneBlock = true;
     for (int i = 1; i + 1 < argc; i += 2) {
         const std::string option = argv[i];
         if (option == "--scenes")
@@ -356,6 +359,8 @@ int main(int argc, char** argv) {
             repeats = std::stoi(argv[i + 1]);
         else if (option == "--all-flags")
             allFlags = std::stoi(argv[i + 1]) != 0;
+        else if (option == "--one-block")
+            oneBlock = std::stoi(argv[i + 1]) != 0;
     }
     openDriver(driverPath.c_str());
     try {
@@ -363,6 +368,8 @@ int main(int argc, char** argv) {
         bench.width = width;
         bench.repeats = repeats;
         bench.allFlags = allFlags;
+        if (!oneBlock)
+            bench.buildAsLarge();
         const std::map<std::string, std::pair<SceneKind, uint32_t>> known = {
             {"terrain", {SceneKind::kTerrain, 2000000}},
             {"soup", {SceneKind::kSoup, 1000000}},

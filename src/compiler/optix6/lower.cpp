@@ -699,8 +699,7 @@ private:
         return end;
     }
 
-    // The address, or outside of the buffer that of zeros.
-    // `code` makes the exception's code there.
+    // The address, or outside of the buffer that of zeros. `code` makes the exception's code there.
     Value* insideOr(Value* inside, Value* place, Value* bytes, llvm::function_ref<Value*()> code) {
         llvm::BasicBlock* before = builder_.GetInsertBlock();
         llvm::Instruction* end = splitRarely(builder_.CreateNot(inside));

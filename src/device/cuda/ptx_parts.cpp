@@ -85,7 +85,7 @@ public:
             for (size_t p = 0; p < parts_.size(); ++p)
                 if (uses(p, variable.name))
                     variable.parts.push_back(p);
-            if (variable.isShared && variable.parts.size() > 1)
+            if ((variable.isShared && variable.parts.size() > 1) || namesFunction(variable))
                 return {};
         }
         for (size_t p = 0; p < parts_.size(); ++p)
@@ -179,6 +179,15 @@ private:
             const PtxPiece& piece = pieces_[each.second];
             return !piece.isKernel && piece.text.find(".callprototype") != piece.text.npos;
         });
+    }
+
+    // Whether the variable starts with the address of a function, as tables of virtual functions
+    // do. The linker may then not know whom the kernel calls.
+    bool namesFunction(const Variable& variable) const {
+        bool found = false;
+        forEachWord(variable.line,
+                    [&](std::string_view word, bool) { found |= definitions_.contains(word); });
+        return found;
     }
 
     bool uses(size_t part, std::string_view name) const { return words_[part].contains(name); }

@@ -26,8 +26,8 @@ std::vector<PtxPiece> ptxPieces(std::string_view ptx);
 
 // The texts of the parts. The first has the kernel and the functions that it calls by name; the
 // others have those whose address it takes, with what they call. Empty where that is not worth the
-// link, where parts would share memory of a block, and where functions by address call others by
-// address or the driver's.
+// link, where parts would share memory of a block, where variables hold addresses of functions, and
+// where functions by address call others by address or the driver's.
 std::vector<std::string> splitPtx(std::string_view ptx);
 
 // Machine code of the parts, linked by the driver. The calling thread has a current context. Empty

@@ -105,6 +105,8 @@ TEST(PtxParts, VariablesHaveOneOwner) {
     EXPECT_EQ(countOf(two, "\n.extern .global .align 4 .b8 table[16] ;\n") +
                   countOf(two, "\n.extern .global .align 4 .b8 table[16];\n"),
               1u);
+    EXPECT_TRUE(splitPtx(programOf(5, ".global .align 8 .u64 table[1] = {common};")).empty())
+        << "a kernel may call it by what the variable holds";
     // Memory of a block has no place in several programs that are linked.
     std::string shared = apart;
     shared.replace(shared.find(".global .align 4 .b8 table[16] = {1, 2};"), 40,

@@ -107,7 +107,7 @@ struct LaunchWork {
     LaneMemory laneMemory;
 };
 
-// Which patience is the faster one depends on programs and scene (engine/gpu/patience.h): warps
+// Which patience is the fastest depends on programs and scene (engine/gpu/patience.h): warps
 // that look after idle lanes early gain where lengths of rays differ much, those that wait for the
 // rays of all lanes where programs between rays are long. With patience for whole tiles, lanes also
 // wait with new launch indices until all of them want one: neighbours then stay together.

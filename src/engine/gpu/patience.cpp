@@ -10,7 +10,7 @@ namespace {
 
 // Rays of one way that are worth an answer.
 constexpr uint64_t kEnoughRays = 1 << 18;
-// Scenes and cameras change: so many launches later both ways are tried again.
+// Scenes and cameras change: so many launches later all ways are tried again.
 constexpr unsigned kLaunchesOfAChoice = 64;
 
 bool isSlower(const devlib::WarpPace& a, const devlib::WarpPace& b) {

@@ -198,7 +198,7 @@ void Builder::prepare(const BuildInputs& inputs, const BuildOptions& options) co
         needed.insert(needed.end(), kernels);
     };
     need({recordsOf(plan.type, moves)}); // also of empty structures
-    if (isSmall(plan.maxReferences, plan.maxWide))
+    if (isSmall(plan.maxReferences, plan.maxWide, options.preferFastBuild))
         need({kSmallTree, kArrange});
     else
         need({kCodes, kSort, options.preferFastBuild ? kRadixTree : kClusters, kCollapse, kRetry,
@@ -310,8 +310,8 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     requireBuffer("output", output, outputSize, plan.outputSize);
     const auto addressOf = [&](Plan::Place p) { return (p.inOutput ? output : temp) + p.offset; };
     const Uploads uploads(inputs, options, plan, temp + plan.inputs);
-    const bool small =
-        isSmall(plan.maxReferences, plan.maxWide); // then the block sets what only it reads
+    const bool small = isSmall(plan.maxReferences, plan.maxWide,
+                               options.preferFastBuild); // then the block sets what only it reads
     const uint64_t word = sizeof(uint32_t);
     begin(
         stream, uploads, output, temp + plan.inputs,
@@ -414,8 +414,9 @@ void Builder::relocateMicromaps(CUstream stream, CUdeviceptr block, uint32_t inp
     launch(kRelocateMicromaps, stream, 1, 1, arguments);
 }
 
-bool Builder::isSmall(uint32_t references, uint32_t nodes) const {
-    return references <= mostInBlock_ && nodes <= kSmallMostNodes;
+bool Builder::isSmall(uint32_t references, uint32_t nodes, bool fast) const {
+    return references <= std::min(mostInBlock_, fast ? kSmallMost : kSmallMostClustered) &&
+           nodes <= kSmallMostNodes;
 }
 
 void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
@@ -433,7 +434,7 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
             launch(kSplitSum, stream, 1, 256, arguments);
             launch(kSplit, stream, blocks, 256, arguments);
         }
-        if (isSmall(n, job.maxWide))
+        if (isSmall(n, job.maxWide, fast))
             queueSmallTree(stream, job, fast);
         else
             queueTree(stream, job, fast);

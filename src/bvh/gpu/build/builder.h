@@ -178,7 +178,7 @@ private:
     void queueKernels(CUstream stream, BuildJob& job, bool fast) const;
     void queueSmallTree(CUstream stream, BuildJob& job, bool fast) const;
     void queueTree(CUstream stream, BuildJob& job, bool fast) const;
-    bool isSmall(uint32_t references, uint32_t nodes) const;
+    bool isSmall(uint32_t references, uint32_t nodes, bool fast) const;
 
     // Words that are set before other kernels run.
     struct Fill {

@@ -14,9 +14,11 @@ constexpr uint32_t kSortTile = kSortThreads * kSortItems;
 constexpr uint32_t kSortDigits = 256;
 constexpr uint32_t kSortPasses = 6;
 
-// Builds of at most so many references and wide nodes are made by one block of so many threads
-// (small.h). Beyond about these numbers, many blocks are faster.
-constexpr uint32_t kSmallMost = 2048, kSmallMostNodes = 640, kSmallThreads = 512;
+// Builds of at most so many references are made by one block of so many threads (small.h): with
+// more, many blocks are faster (docs/notes/builders-gpu.md has figures). Clusters take a block
+// longer than the radix tree, and so do many nodes; the limit for nodes is an estimate.
+constexpr uint32_t kSmallMost = 2048, kSmallMostClustered = 1024, kSmallMostNodes = 640;
+constexpr uint32_t kSmallThreads = 512;
 // Shared memory that keeps all of a job's scratch.
 constexpr uint64_t smallTreeBytes(uint64_t references, uint64_t nodes) {
     constexpr uint64_t kArrays = 9, kReference = 84, kNode = 12, kRounding = 15;
