@@ -3,8 +3,10 @@
 // closest-hit and miss programs) against Embree's single-ray kernels on identical ray arrays, in
 // one process, all threads on both sides; and acceleration-structure builds through optixAccelBuild
 // against Embree's medium quality.
-//   bench_launch [--quick] [--scene N] [--json]
-// Runs alternate between the two; the best of several counts.
+//   bench_launch [--quick] [--scene N] [--json] [--processors] [--rays primary|shadow|AO|diffuse]
+//                [--rounds N]
+// Runs alternate between the two; the best of several counts. --processors: compares processor time
+// of all threads, for machines that are not idle.
 #include "embree_rays.h"
 
 #include <optix_function_table_definition.h>
@@ -26,9 +28,17 @@ struct Row {
     double difference;   // share of rays whose hit differs
 };
 
+struct Options {
+    bool quick = false, json = false, processors = false;
+    int scene = -1, rounds = 0; // 0: the usual number
+    std::string rays;           // empty: all
+};
+
 class Bench {
 public:
-    Bench(bool quick) : quick_(quick), device_(rtcNewDevice(nullptr)) {}
+    explicit Bench(const Options& options)
+        : options_(options), time_(options.processors ? processSeconds : seconds),
+          device_(rtcNewDevice(nullptr)) {}
     ~Bench() { rtcReleaseDevice(device_); }
 
     void scene(bench::SceneKind kind, uint32_t triangles) {
@@ -37,17 +47,17 @@ public:
         Structure structure(optix_, mesh);
         RTCScene peer = nullptr;
         double ours = 1e30, embree = 1e30;
-        for (int i = 0; i < (quick_ ? 2 : 4); ++i) {
-            ours = std::min(ours, seconds([&] { structure.build(); }));
+        for (int i = 0; i < (options_.quick ? 2 : 4); ++i) {
+            ours = std::min(ours, time_([&] { structure.build(); }));
             if (peer)
                 rtcReleaseScene(peer);
             peer = embreeScene(device_, mesh);
-            embree = std::min(embree, seconds([&] { rtcCommitScene(peer); }));
+            embree = std::min(embree, time_([&] { rtcCommitScene(peer); }));
         }
         add({mesh.name, "build", ours, embree, 0});
 
         const std::vector<Ray> primary =
-            bench::primaryRays(mesh, quick_ ? 640 : 1920, quick_ ? 360 : 1080);
+            bench::primaryRays(mesh, options_.quick ? 640 : 1920, options_.quick ? 360 : 1080);
         std::vector<BenchHit> first(primary.size());
         rays(mesh, structure, peer, Optix::kClosest, primary, "primary", &first);
         std::vector<bench::SurfacePoint> points(primary.size());
@@ -74,9 +84,14 @@ private:
         std::vector<BenchHit> theirs(rays.size());
         optix_.prepare(deviceRays, deviceHits, structure.handle);
         double ours = 1e30, embree = 1e30;
-        for (int i = 0; i < (quick_ ? 3 : 7); ++i) {
-            ours = std::min(ours, seconds([&] { optix_.launch(kind, rays.size()); }));
-            embree = std::min(embree, seconds([&] { traceEmbree(peer, kind, rays, theirs); }));
+        const bool isAsked = options_.rays.empty() || options_.rays == what;
+        const int rounds = !isAsked          ? 1
+                           : options_.rounds ? options_.rounds
+                           : options_.quick  ? 3
+                                             : 7;
+        for (int i = 0; i < rounds; ++i) {
+            ours = std::min(ours, time_([&] { optix_.launch(kind, rays.size()); }));
+            embree = std::min(embree, time_([&] { traceEmbree(peer, kind, rays, theirs); }));
         }
         const std::vector<BenchHit> hits = deviceHits.read<BenchHit>(rays.size());
         size_t different = 0;
@@ -84,8 +99,9 @@ private:
             different += kind == Optix::kClosest
                              ? (hits[i].primitive == ~0u) != (theirs[i].primitive == ~0u)
                              : hits[i].primitive != theirs[i].primitive;
-        add({mesh.name, what, double(rays.size()) / ours, double(rays.size()) / embree,
-             double(different) / double(rays.size())});
+        if (isAsked)
+            add({mesh.name, what, double(rays.size()) / ours, double(rays.size()) / embree,
+                 double(different) / double(rays.size())});
         if (keep)
             *keep = hits;
     }
@@ -93,14 +109,15 @@ private:
     void add(Row row) {
         const bool build = row.what == "build";
         const double scale = build ? 1e3 : 1e-6;
-        std::fprintf(stderr, "  %-8s ours %9.2f  Embree %9.2f %s  ratio %.2f  hits that differ %.5f%%\n",
-                     row.what.c_str(), row.ours * scale, row.embree * scale,
-                     build ? "ms" : "Mrays/s",
-                     build ? row.embree / row.ours : row.ours / row.embree, row.difference * 100);
+        std::fprintf(
+            stderr, "  %-8s ours %9.2f  Embree %9.2f %s  ratio %.2f  hits that differ %.5f%%\n",
+            row.what.c_str(), row.ours * scale, row.embree * scale, build ? "ms" : "Mrays/s",
+            build ? row.embree / row.ours : row.ours / row.embree, row.difference * 100);
         rows_.push_back(std::move(row));
     }
 
-    bool quick_;
+    const Options options_;
+    double (*const time_)(const std::function<void()>&);
     Optix optix_;
     RTCDevice device_;
     std::vector<Row> rows_;
@@ -131,18 +148,25 @@ void printJson(const std::vector<Row>& rows) {
 } // namespace
 
 int main(int argc, char** argv) {
-    bool quick = false, json = false;
-    int only = -1;
+    Options options;
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
+        const bool hasValue = i + 1 < argc;
         if (word == "--quick") {
-            quick = true;
+            options.quick = true;
         } else if (word == "--json") {
-            json = true;
-        } else if (word == "--scene" && i + 1 < argc) {
-            only = std::atoi(argv[++i]);
+            options.json = true;
+        } else if (word == "--processors") {
+            options.processors = true;
+        } else if (word == "--scene" && hasValue) {
+            options.scene = std::atoi(argv[++i]);
+        } else if (word == "--rays" && hasValue) {
+            options.rays = argv[++i];
+        } else if (word == "--rounds" && hasValue) {
+            options.rounds = std::atoi(argv[++i]);
         } else {
-            std::fprintf(stderr, "usage: bench_launch [--quick] [--json] [--scene 0-3]\n");
+            std::fprintf(stderr, "usage: bench_launch [--quick] [--json] [--processors] "
+                                 "[--scene 0-3] [--rays primary|shadow|AO|diffuse] [--rounds N]\n");
             return word == "--help" ? 0 : 2;
         }
     }
@@ -153,9 +177,9 @@ int main(int argc, char** argv) {
                   {bench::SceneKind::kSoup, 1000000},
                   {bench::SceneKind::kLongThin, 1000000},
                   {bench::SceneKind::kSpheres, 10000000}};
-    Bench run(quick);
+    Bench run(options);
     for (int i = 0; i < 4; ++i)
-        if (only < 0 || only == i)
+        if (options.scene < 0 || options.scene == i)
             run.scene(scenes[i].kind, scenes[i].triangles);
-    json ? printJson(run.rows()) : printTable(run.rows());
+    options.json ? printJson(run.rows()) : printTable(run.rows());
 }

@@ -2,18 +2,19 @@
 // traceBatch (trace.h) on the CPU, compiled once per instruction set by trace_*.cpp.
 //
 // Rays that meet triangles without motion and without programs to ask, below any number of
-// instances, walk together in flight (bvh/batch/flight_walk.h). The others are left to the caller:
-// their walk may run programs or raise exceptions, and both belong on the stack of the launch
-// index. A ray whose graph turns out to need one of them on the way is left, too; until then its
-// walk has changed nothing that anyone sees.
+// instances, are traversed together: as packets and streams where that is faster
+// (trace_packets_body.h), else in flight (bvh/batch/flight_walk.h). The other rays are left to the
+// caller: their traversal may run programs or raise exceptions, and both belong on the stack of the
+// launch index. A ray whose graph turns out to need one of them on the way is left, too; until then
+// its traversal has no visible effect.
 //
-// Order matters where a ray ends at its first hit and where instances meet at one distance. The
-// walks visit what Tracer visits, in the same order, so every hit is that of trace().
+// Order matters where a ray ends at its first hit and where instances meet at one distance. Rays in
+// flight visit what Tracer visits, in the same order, so every hit is that of trace().
 #pragma once
 
 #include "base/thread_object.h"
 #include "bvh/batch/flight_walk.h"
-#include "devlib/trace_none.h"
+#include "devlib/trace_packets_body.h"
 
 namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {
 
@@ -39,6 +40,29 @@ private:
     const LaunchState* launch_ = nullptr;
     uint32_t flags_ = 0, asked_ = 0;
 };
+
+// Moves a hit into the state, as Tracer::commit does, but for the transforms on the path to it.
+// `record`: the innermost instance, or null. Returns the closest-hit program.
+static ProgramFn commitHit(RayState& state, const FoundTriangle& found, uint64_t gas,
+                           const InstanceRecord* record, uint32_t instanceFlags,
+                           uint32_t sbtOffset) {
+    Hit& hit = state.hit;
+    hit.t = found.t;
+    hit.kind = triangleKind(found.det, instanceFlags);
+    hit.primitive = found.primitive;
+    hit.sbtGasIndex = found.sbt & bvh::kSbtIndexMask;
+    hit.instanceIndex = record ? record->index : 0;
+    hit.instanceId = record ? record->instanceId : ~0u;
+    hit.instanceSbtOffset = sbtOffset;
+    hit.gas = gas;
+    setBarycentrics<SbtRecords>(hit.attributes, found.v, found.w, found.det);
+    state.tmax = found.t;
+    const ResolvedRecord r = resolve(
+        *state.launch, SbtRecords::hit(state, hit.sbtGasIndex, hit.instanceSbtOffset), kGroupHit);
+    hit.record = r.record;
+    state.sbtData = dataOf(uint64_t(r.record));
+    return r.group ? r.group->program(kRoleMain) : nullptr;
+}
 
 // The rays of one batch. kNearest: rays that look for their nearest hit, or only for whether there
 // is one; else rays that end at the first hit they find.
@@ -170,7 +194,7 @@ public:
     }
 
 private:
-    enum class Kind { kNothing, kTriangles, kInstances, kOther };
+    using Kind = StructureKind;
 
     static bool leave(Flight& f) {
         f.data.left = true;
@@ -180,26 +204,11 @@ private:
     // What the level's handle leads to.
     Kind kindOf(const Flight& f, const Level& level) const {
         const RayState& state = *f.data.state;
-        const uint64_t tag = tagOf(level.handle);
-        if (tag != kTagGas && tag != kTagIas)
-            return Kind::kOther;
-        const bvh::BlockHeader* const block = blockOf(level.handle);
-        if (!block || !isa::isRay(level.origin, level.direction, state.tmin, f.tmax))
-            return Kind::kNothing;
-        const LaunchState& launch = *state.launch;
-        if (tag == kTagIas) {
-            if (block->type != bvh::BlockType::kInstances)
-                return Kind::kOther;
-            return block->root == bvh::kNoNode ? Kind::kNothing : Kind::kInstances;
-        }
-        const bool micromapsCount =
-            launch.opacityMicromaps && !(level.flags & kInstanceDisableMicromaps);
-        if (block->type != bvh::BlockType::kTriangles &&
-            (micromapsCount || block->type != bvh::withMicromaps(bvh::BlockType::kTriangles)))
-            return Kind::kOther;
-        if (programsMayRun(launch, state.rayFlags, level.flags, block->geometryFlagsAnd))
-            return Kind::kOther;
-        return block->root == bvh::kNoNode ? Kind::kNothing : Kind::kTriangles;
+        const Kind kind = structureKind(*state.launch, state.rayFlags, level.flags, level.handle);
+        const bool enters = kind == Kind::kTriangles || kind == Kind::kInstances;
+        return enters && !isa::isRay(level.origin, level.direction, state.tmin, f.tmax)
+                   ? Kind::kNothing
+                   : kind;
     }
 
     // Whether the ray has to be walked; else its outcome is known.
@@ -238,31 +247,16 @@ private:
         }
     }
 
-    // Moves the hit into the state, as Tracer::commit does. Returns its closest-hit program.
+    // Moves the hit into the state. Returns its closest-hit program.
     static ProgramFn commit(const Flight& f) {
         const Data& d = f.data;
         RayState& state = *d.state;
         const Level& level = d.hitPath[d.hitLevel];
-        Hit& hit = state.hit;
-        hit.t = f.tmax;
-        hit.kind = triangleKind(d.det, level.flags);
-        hit.primitive = d.primitive;
-        hit.sbtGasIndex = d.sbt & bvh::kSbtIndexMask;
-        hit.instanceIndex = level.record ? level.record->index : 0;
-        hit.instanceId = level.record ? level.record->instanceId : ~0u;
-        hit.instanceSbtOffset = level.sbtOffset;
-        hit.gas = level.handle;
-        setBarycentrics<SbtRecords>(hit.attributes, d.v, d.w, d.det);
-        hit.transformCount = d.hitLevel;
+        state.hit.transformCount = d.hitLevel;
         for (uint32_t i = 0; i < d.hitLevel; ++i)
-            hit.transforms[i] = makeHandle(d.hitPath[i + 1].record, kTagInstance);
-        state.tmax = f.tmax;
-        const ResolvedRecord r =
-            resolve(*state.launch, SbtRecords::hit(state, hit.sbtGasIndex, hit.instanceSbtOffset),
-                    kGroupHit);
-        hit.record = r.record;
-        state.sbtData = dataOf(uint64_t(r.record));
-        return r.group ? r.group->program(kRoleMain) : nullptr;
+            state.hit.transforms[i] = makeHandle(d.hitPath[i + 1].record, kTagInstance);
+        return commitHit(state, {true, f.tmax, d.v, d.w, d.det, d.primitive, d.sbt}, level.handle,
+                         level.record, level.flags, level.sbtOffset);
     }
 
     Walk& walk_;
@@ -276,8 +270,7 @@ private:
 
 // Rays of one call, sorted by the way they walk.
 struct BatchOrder {
-    static constexpr uint32_t kMost = 128;
-    uint8_t nearest[kMost], first[kMost];
+    uint8_t nearest[kMostRays], first[kMostRays];
     uint32_t numNearest = 0, numFirst = 0;
 };
 
@@ -296,12 +289,102 @@ static void traceFlights(Reluctance& reluctance, RayState* const* states, Progra
     RayFlights<kNearest>(walk, reluctance, states, next, whole).trace(rays, count);
 }
 
+// What remains to be done for a ray that packets have traversed.
+static ProgramFn afterPackets(RayState& state, const FoundTriangle& hit) {
+    if (!hit.found)
+        return startMiss<SbtRecords>(&state);
+    if (state.rayFlags & kRayDisableClosestHit)
+        return nullptr;
+    const InstanceRecord* const record = hit.record;
+    state.hit.transformCount = record ? 1 : 0;
+    if (!record)
+        return commitHit(state, hit, state.handle, nullptr, 0, 0);
+    state.hit.transforms[0] = makeHandle(record, kTagInstance);
+    return commitHit(state, hit, record->child, record, record->flags, record->sbtOffset);
+}
+
+// Traverses the rays with these numbers, which are alike but for origins, directions, ranges and
+// visibility masks. Returns how many `numbers` has at the end: those left for flights.
+template <bool kAny, bool kInstances>
+static uint32_t tracePackets(Reluctance& reluctance, RayState* const* states, ProgramFn* next,
+                             ProgramFn whole, uint8_t* numbers, uint32_t count) {
+    auto& packets = threadObject<RayPackets<kAny>>();
+    for (uint32_t i = 0; i < count; ++i)
+        packets.set(i, *states[numbers[i]]);
+    const RayState& like = *states[numbers[0]];
+    const std::span<const uint16_t> others =
+        kInstances ? packets.traceInstances(like, count) : packets.traceTriangles(like, count);
+    uint32_t left = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+        const uint8_t number = numbers[i];
+        if (left < others.size() && others[left] == i) {
+            numbers[left++] = number;
+        } else if (packets.hits[i].isAlone) {
+            next[number] = whole;
+            reluctance.note(*states[number]);
+        } else {
+            next[number] = afterPackets(*states[number], packets.hits[i]);
+        }
+    }
+    return left;
+}
+
+// Whether a traversal of instances may run programs. Then packets do not take its rays: another
+// order of visits would run others.
+static bool hasTraversalPrograms(const LaunchState& launch) {
+    constexpr uint32_t kMostGroups = 64; // as this is asked for each batch
+    if (launch.hasAnyHit || launch.groupCount > kMostGroups)
+        return true;
+    for (uint32_t i = 0; i < launch.groupCount; ++i)
+        if (launch.groups[i].kind == kGroupHit && launch.groups[i].code[kRoleIntersection])
+            return true;
+    return false;
+}
+
+// The rays that look for their nearest hit, or only for whether there is one. Those that are like
+// the first one go as packets if their structure allows it; flights take the rest.
+template <bool kInstancing>
+static uint32_t traceAlike(Reluctance& reluctance, RayState* const* states, ProgramFn* next,
+                           ProgramFn whole, uint8_t* numbers, uint32_t count) {
+    constexpr uint32_t kLeastAlike = 8;
+    if (count < kLeastAlike)
+        return count;
+    const RayState& like = *states[numbers[0]];
+    const StructureKind kind = structureKind(*like.launch, like.rayFlags, 0, like.handle);
+    const bool isInstances = kInstancing && kind == StructureKind::kInstances &&
+                             like.launch->maxGraphDepth >= 2 && !hasTraversalPrograms(*like.launch);
+    if (kind != StructureKind::kTriangles && !isInstances)
+        return count;
+    uint8_t alike[kMostRays];
+    uint32_t numAlike = 0, numOthers = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+        const RayState& state = *states[numbers[i]];
+        if (state.handle == like.handle && state.rayFlags == like.rayFlags &&
+            state.launch == like.launch)
+            alike[numAlike++] = numbers[i];
+        else
+            numbers[numOthers++] = numbers[i];
+    }
+    if (numAlike >= kLeastAlike) {
+        const bool any = like.rayFlags & kRayTerminateOnFirstHit;
+        const auto trace = [&](auto function) {
+            return function(reluctance, states, next, whole, alike, numAlike);
+        };
+        if (!isInstances)
+            numAlike = any ? trace(tracePackets<true, false>) : trace(tracePackets<false, false>);
+        else if constexpr (kInstancing)
+            numAlike = any ? trace(tracePackets<true, true>) : trace(tracePackets<false, true>);
+    }
+    std::copy_n(alike, numAlike, numbers + numOthers);
+    return numOthers + numAlike;
+}
+
 template <bool kInstancing>
 static void traceBatch(RayState* const* states, ProgramFn* next, uint32_t count) {
     constexpr ProgramFn whole = traceWhole<SbtRecords, kInstancing>;
     Reluctance& reluctance = threadObject<Reluctance>();
-    for (uint32_t first = 0; first < count; first += BatchOrder::kMost) {
-        const uint32_t end = std::min(count - first, BatchOrder::kMost);
+    for (uint32_t first = 0; first < count; first += kMostRays) {
+        const uint32_t end = std::min(count - first, kMostRays);
         BatchOrder order;
         for (uint32_t i = 0; i < end; ++i) {
             RayState* const state = states[first + i];
@@ -317,6 +400,8 @@ static void traceBatch(RayState* const* states, ProgramFn* next, uint32_t count)
             else
                 order.nearest[order.numNearest++] = uint8_t(i);
         }
+        order.numNearest = traceAlike<kInstancing>(reluctance, states + first, next + first, whole,
+                                                   order.nearest, order.numNearest);
         traceFlights<true>(reluctance, states + first, next + first, whole, order.nearest,
                            order.numNearest);
         traceFlights<false>(reluctance, states + first, next + first, whole, order.first,

@@ -192,6 +192,35 @@ protected:
         return list;
     }
 
+    // The same in bundles with one direction, handle and set of flags, but for a few rays.
+    std::vector<RayState> bundles(const std::vector<uint64_t>& handles, uint32_t count,
+                                  Random& random) {
+        constexpr uint32_t kBundle = 64;
+        constexpr uint32_t kFlags[] = {0, 0, 1, 5, 12, 12, 13, 16, 32, 44};
+        std::vector<RayState> list = rays(handles, count, random);
+        RayState like = {};
+        Vec3 direction, origin;
+        for (uint32_t i = 0; i < count; ++i) {
+            if (i % kBundle == 0) {
+                like.handle = list[i].handle;
+                like.rayFlags = kFlags[random.below(std::size(kFlags))];
+                origin = random.unit() * 3.0f;
+                direction = random.point(0.5f) - origin;
+            }
+            RayState& s = list[i];
+            if (random.below(20) == 0 || !(s.worldDirection[0] * 0 == 0) || s.depth != 1)
+                continue;
+            s.handle = like.handle;
+            s.rayFlags = like.rayFlags;
+            const Vec3 o = origin + random.point(0.3f), d = direction + random.point(0.3f);
+            for (int k = 0; k < 3; ++k) {
+                s.worldOrigin[k] = o[k];
+                s.worldDirection[k] = d[k];
+            }
+        }
+        return list;
+    }
+
     // Returns how many rays the batch walked itself.
     uint32_t compare(const std::vector<RayState>& rays, TraceBatchFn batch,
                      void (*trace)(RayState*)) {
@@ -334,6 +363,45 @@ TEST_P(TraceBatch, InstancesOnSeveralLevels) {
     compare(list);
 }
 
+TEST_P(TraceBatch, BundlesThroughTriangles) {
+    Random random(4);
+    const Structure a = soup(900, 1, bvh::kGeometryDisableAnyHit), b = soup(30, 2, 0);
+    for (const uint32_t hasAnyHit : {0u, 1u})
+        for (const uint32_t count : {7u, 8u, 63u, 64u, 65u, 128u, 1000u, 4000u}) {
+            launch_.hasAnyHit = hasAnyHit;
+            compare(bundles({handleOf(a), handleOf(b)}, count, random));
+        }
+}
+
+TEST_P(TraceBatch, BundlesThroughInstances) {
+    Random random(5);
+    Mesh none = bvh::testing::cube();
+    none.triangles.clear();
+    const Structure a = soup(60, 3, bvh::kGeometryDisableAnyHit), b = soup(7, 4, 0),
+                    large = soup(900, 6, bvh::kGeometryDisableAnyHit),
+                    empty = makeStructure(none.input());
+    const Structure one = instancesOf({handleOf(large)}, 1, random),
+                    few = instancesOf({handleOf(a), handleOf(large), handleOf(empty)}, 6, random),
+                    many = instancesOf({handleOf(a), handleOf(b)}, 60, random),
+                    nested = instancesOf({handleOf(few), handleOf(a)}, 6, random);
+    for (const uint32_t hasAnyHit : {0u, 1u})
+        for (const uint32_t graphFlags : {0u, uint32_t(kAllowSingleLevelInstancing)}) {
+            launch_.hasAnyHit = hasAnyHit;
+            launch_.traversableGraphFlags = graphFlags;
+            for (const Structure* s : {&one, &few, &many, &nested})
+                compare(bundles({handleOf(*s)}, 2000, random));
+            compare(bundles({handleOf(one), handleOf(many), handleOf(large)}, 2000, random));
+        }
+    launch_.hasAnyHit = 0;
+    groups_[1].kind = kGroupHit;
+    groups_[1].code[kRoleIntersection] = nullptr; // it would keep packets from instances
+    for (const Structure* s : {&one, &few, &many, &nested})
+        compare(bundles({handleOf(*s)}, 2000, random));
+    EXPECT_GT(compare(bundles({handleOf(few)}, 2000, random)), 1200u); // some ties go alone
+    launch_.maxGraphDepth = 1;
+    compare(bundles({handleOf(few)}, 500, random));
+}
+
 TEST_P(TraceBatch, HandlesOfAllKinds) {
     Random random(3);
     launch_.hasAnyHit = 1;
@@ -362,8 +430,10 @@ TEST_P(TraceBatch, HandlesOfAllKinds) {
                                            makeHandle(garbage, kTagGas),
                                            makeHandle(garbage, kTagIas),
                                            ~uint64_t(0)};
-    for (int round = 0; round < 5; ++round)
+    for (int round = 0; round < 5; ++round) {
         compare(rays(handles, 400, random));
+        compare(bundles(handles, 400, random));
+    }
     EXPECT_EQ(compare(rays({handleOf(boxed)}, 50, random), set().batchClassic, set().traceClassic),
               0u);
 }

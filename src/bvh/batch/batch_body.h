@@ -131,7 +131,7 @@ static void traceFew(const RayBatch& batch, const BatchScene& scene) {
             continue;
         RaySetup setup;
         setupRay(setup, scene.header, ray.origin, ray.direction, ray.tmin, ray.tmax);
-        Judge judge(ray.tmax);
+        Judge judge(ray);
         walkOne<Judge, kMasked>(scene, ray, setup, judge);
         rays.hits[i] = judge.hit();
     }
@@ -184,7 +184,7 @@ struct ListJudge {
     uint32_t instance = ~0u;
     bool found = false;
 
-    bool take(float t, float v, float w, float det, uint32_t triangle) {
+    bool take(float t, float v, float w, float det, uint32_t triangle, uint32_t) {
         hits->push_back({ray, {t, triangle, instance == ~0u ? 0u : instance, v / det, w / det}});
         return false;
     }

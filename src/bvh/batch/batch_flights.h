@@ -15,7 +15,7 @@ public:
     // Nearest first where any hit will do, too: rays meet one sooner.
     static constexpr bool kOrdered = true;
     struct Data {
-        Judge judge{0};
+        Judge judge;
         uint32_t index; // of the ray and its hit
         uint32_t mask;
         const uint32_t* masks; // of the structure's triangles; null: none
@@ -42,7 +42,7 @@ public:
                 hits_[index] = kNoBatchHit;
                 continue;
             }
-            f.data.judge = Judge(ray.tmax);
+            f.data.judge = Judge(ray);
             f.data.index = index;
             f.data.mask = ray.mask;
             f.data.masks = kMasked && !scene_.instances ? scene_.masksOf(0) : nullptr;

@@ -6,7 +6,9 @@
 //   static constexpr bool kOrdered;    near children first
 //   float tmax;                        candidates beyond it do not count
 //   uint32_t instance;                 of the candidates that come, ~0u without instances
-//   bool take(t, v, w, det, triangle)  a candidate; true ends the walk
+//   Judge(ray)                         for the walk of this ray
+//   bool take(t, v, w, det, triangle, sbt)  a candidate; true ends the walk
+//   Hit hit()                          the outcome; that of a new Judge is a miss
 #pragma once
 
 #include "bvh/batch/ray_batch.h"
@@ -16,14 +18,17 @@ namespace sunstone::bvh::SUNSTONE_ISA {
 
 struct ClosestJudge {
     static constexpr bool kOrdered = true;
-    float tmax;
+    using Hit = BatchHit;
+    float tmax = 0;
     uint32_t instance = ~0u;
     bool found = false;
     float v = 0, w = 0, det = 1;
     uint32_t triangle = ~0u, hitInstance = ~0u;
 
-    SUNSTONE_INLINE_MEMBER explicit ClosestJudge(float end = 0) : tmax(end) {}
-    SUNSTONE_INLINE_MEMBER bool take(float t, float cv, float cw, float cdet, uint32_t id) {
+    ClosestJudge() = default;
+    SUNSTONE_INLINE_MEMBER explicit ClosestJudge(const BatchRay& ray) : tmax(ray.tmax) {}
+    SUNSTONE_INLINE_MEMBER bool take(float t, float cv, float cw, float cdet, uint32_t id,
+                                     uint32_t) {
         if (t > tmax || (t == tmax && found &&
                          (instance > hitInstance || (instance == hitInstance && id > triangle))))
             return false;
@@ -46,7 +51,8 @@ struct ClosestJudge {
 struct AnyJudge : ClosestJudge {
     static constexpr bool kOrdered = false;
     using ClosestJudge::ClosestJudge;
-    SUNSTONE_INLINE_MEMBER bool take(float t, float cv, float cw, float cdet, uint32_t id) {
+    SUNSTONE_INLINE_MEMBER bool take(float t, float cv, float cw, float cdet, uint32_t id,
+                                     uint32_t) {
         found = true;
         tmax = t;
         v = cv;
@@ -81,7 +87,7 @@ struct BatchTriangles {
             const unsigned i = lowestBit(m);
             if (kMasked && masks && !(masks[leaf.primitive[i]] & mask))
                 continue;
-            if (judge.take(c.t[i], c.v[i], c.w[i], c.det[i], leaf.primitive[i]))
+            if (judge.take(c.t[i], c.v[i], c.w[i], c.det[i], leaf.primitive[i], leaf.sbt[i]))
                 return true;
         }
         tmax = judge.tmax;

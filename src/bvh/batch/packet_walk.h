@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays that are alike, together through a structure of triangles. Included by files that are
-// compiled once per instruction set (see bvh/simd.h).
+// Rays that are alike, together through a structure of triangles or of instances. Included by files
+// that are compiled once per instruction set (see bvh/simd.h).
 //
 // Rays whose directions are of one octant make a packet. A node is loaded once for all that meet
 // it, and tested in three steps, from coarse to fine:
@@ -9,8 +9,10 @@
 //   a ray        In place of these, where few rays are left in few lanes, the eight children
 //                against each ray, as in the walk of one ray.
 // A leaf is tested in the same way: a triangle against the rays in lanes, or its triangles against
-// a ray. A stack entry is a node and the set of its rays, a bit for each. Several packets take
-// turns, a node each, while the next nodes of the others come from memory.
+// a ray. An instance is left to a policy, which takes the rays into the space of the instance and
+// on, for example with a PacketWalk of its own. A stack entry is a node and the set of its rays, a
+// bit for each. Several packets take turns, a node each, while the next nodes of the others come
+// from memory.
 //
 // Every test of boxes passes what testNode() passes, and triangles are tested with the operations
 // of the walk of one ray, so the hits, which do not depend on the order of visits (see
@@ -23,6 +25,7 @@
 
 #include <algorithm>
 #include <span>
+#include <type_traits>
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
@@ -36,15 +39,21 @@ SUNSTONE_INLINE F vertexLanes(const TriangleAcross& t, uint32_t vertex, uint32_t
     return splat(t.vertices[(3 * vertex + axis) * t.stride], f);
 }
 
-template <class Judge, bool kMasked>
+// Of structures of triangles. A policy of instances has
+//   uint64_t visit(const InstanceRecord&, const BatchRay* rays, Judge* judges, uint64_t set)
+// where `set` has the rays that meet the instance's box. It returns those that have ended.
+struct NoInstances {};
+
+template <class Judge, bool kMasked, class Instances = NoInstances>
 class PacketWalk {
 public:
     static constexpr uint32_t kRays = 512;
 
-    void enter(const BlockHeader* header, const uint32_t* masks) {
+    void enter(const BlockHeader* header, const uint32_t* masks, Instances* instances = nullptr) {
         header_ = header;
         block_ = reinterpret_cast<const uint8_t*>(header);
         masks_ = masks;
+        instances_ = instances;
     }
 
     // Whether the directions of these rays are alike.
@@ -60,7 +69,8 @@ public:
 
     // Answers rays whose directions are alike; at most kRays come. Returns the numbers of the
     // others.
-    std::span<const uint16_t> trace(const BatchRay* rays, BatchHit* hits, uint32_t count) {
+    std::span<const uint16_t> trace(const BatchRay* rays, typename Judge::Hit* hits,
+                                    uint32_t count) {
         rays_ = rays;
         numBlocks_ = numPackets_ = numOthers_ = 0;
         for (uint32_t first = 0; first < count; first += RayBlock::kRays) {
@@ -76,9 +86,21 @@ public:
             const Block& block = blocks_[b];
             for (uint32_t lane = 0; lane < block.count; ++lane)
                 hits[block.first + lane] =
-                    block.rays.valid >> lane & 1 ? block.judges[lane].hit() : kNoBatchHit;
+                    block.rays.valid >> lane & 1 ? block.judges[lane].hit() : Judge().hit();
         }
         return {others_, numOthers_};
+    }
+
+    // Goes on with rays that other structures have judged before: at most RayBlock::kRays. Returns
+    // those that have ended.
+    uint64_t goOn(const BatchRay* rays, Judge* judges, uint32_t count) {
+        rays_ = rays;
+        numBlocks_ = numPackets_ = 0;
+        startBlock(0, count, judges);
+        walkPackets();
+        const Block& block = blocks_[0];
+        std::copy_n(block.judges, count, judges);
+        return block.rays.valid & ~block.alive;
     }
 
 private:
@@ -113,8 +135,8 @@ private:
 
     static uint32_t lowest(uint64_t set) { return uint32_t(__builtin_ctzll(set)); }
 
-    // Makes packets of these rays.
-    void startBlock(uint32_t first, uint32_t end) {
+    // Makes packets of these rays. `judges`: theirs, or null where they start.
+    void startBlock(uint32_t first, uint32_t end, const Judge* judges = nullptr) {
         Block& block = blocks_[numBlocks_++];
         const uint32_t count = end - first;
         block.first = first;
@@ -122,7 +144,7 @@ private:
         for (uint32_t i = 0; i < count; ++i) {
             const BatchRay& ray = rays_[first + i];
             block.rays.set(i, ray);
-            block.judges[i] = Judge(ray.tmax);
+            block.judges[i] = judges ? judges[i] : Judge(ray);
             block.masks[i] = ray.mask;
         }
         block.rays.setup(header_, count);
@@ -183,13 +205,22 @@ private:
             const NodeRef ref = NodeRef(entry.item);
             if ((ref & kNodeTagMask) == kInner)
                 open(packet, block_ + offsetOf(ref), rays, count);
-            else
+            else if constexpr (std::is_same_v<Instances, NoInstances>)
                 visitLeaf(packet, ref, rays, count);
+            else
+                visitInstance(block, ref, rays);
             if (packet.top != packet.stack)
                 prefetchChild(block_, NodeRef(packet.top[-1].item));
             return true;
         }
         return false;
+    }
+
+    void visitInstance(Block& block, NodeRef ref, uint64_t rays) {
+        const auto& record = *reinterpret_cast<const InstanceRecord*>(block_ + offsetOf(ref));
+        block.alive &= ~instances_->visit(record, rays_ + block.first, block.judges, rays);
+        for (uint64_t set = rays; set; set &= set - 1)
+            block.rays.tmax[lowest(set)] = block.judges[lowest(set)].tmax;
     }
 
     void visitLeaf(Packet& packet, NodeRef ref, uint64_t rays, int count) {
@@ -226,19 +257,20 @@ private:
                                               splat(r.tmax[lane], f), c);
                  m; m &= m - 1) {
                 const unsigned i = lowestBit(m);
-                if (take(block, lane, leaf.primitive[i], c.t[i], c.v[i], c.w[i], c.det[i]))
+                if (take(block, lane, leaf.primitive[i], leaf.sbt[i], c.t[i], c.v[i], c.w[i],
+                         c.det[i]))
                     break;
             }
         }
     }
 
     // The candidate of a ray; true if it ends the ray.
-    SUNSTONE_INLINE_MEMBER bool take(Block& block, uint32_t lane, uint32_t triangle, float t,
-                                     float v, float w, float det) {
+    SUNSTONE_INLINE_MEMBER bool take(Block& block, uint32_t lane, uint32_t triangle, uint32_t sbt,
+                                     float t, float v, float w, float det) {
         if (kMasked && masks_ && !(masks_[triangle] & block.masks[lane]))
             return false;
         Judge& judge = block.judges[lane];
-        const bool ends = judge.take(t, v, w, det, triangle);
+        const bool ends = judge.take(t, v, w, det, triangle, sbt);
         block.rays.tmax[lane] = judge.tmax;
         block.alive &= ~(uint64_t(ends) << lane);
         return ends;
@@ -266,7 +298,8 @@ private:
                     load(r.tmax + lane, w), c);
                 for (Mask m = hits & group & Mask(block.alive >> lane); m; m &= m - 1) {
                     const uint32_t k = lowestBit(m);
-                    take(block, lane + k, leaf.primitive[i], c.t[k], c.v[k], c.w[k], c.det[k]);
+                    take(block, lane + k, leaf.primitive[i], leaf.sbt[i], c.t[k], c.v[k], c.w[k],
+                         c.det[k]);
                 }
             }
         }
@@ -388,6 +421,7 @@ private:
     const BlockHeader* header_ = nullptr;
     const uint8_t* block_ = nullptr;
     const uint32_t* masks_ = nullptr;
+    Instances* instances_ = nullptr;
     const BatchRay* rays_ = nullptr;
     uint32_t numBlocks_ = 0, numPackets_ = 0, numOthers_ = 0;
     uint16_t others_[kRays];

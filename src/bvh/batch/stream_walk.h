@@ -49,7 +49,7 @@ struct OctantPlanes {
 template <class Judge>
 struct StreamRay {
     RaySetup setup;
-    Judge judge{0};
+    Judge judge;
     uint32_t mask;
     NodeRef ref;
     uint32_t top; // entries on its own stack
@@ -68,12 +68,12 @@ public:
     }
 
     // Answers the rays; at most kRays.
-    void trace(const BatchRay* rays, BatchHit* hits, uint32_t count) {
+    void trace(const BatchRay* rays, typename Judge::Hit* hits, uint32_t count) {
         uint64_t valid = 0;
         for (uint32_t i = 0; i < count; ++i) {
             const BatchRay& from = rays[i];
             StreamRay<Judge>& ray = rays_[i];
-            ray.judge = Judge(from.tmax);
+            ray.judge = Judge(from);
             ray.mask = from.mask;
             ray.top = 0;
             if (!isRay(from.origin, from.direction, from.tmin, from.tmax))
@@ -91,7 +91,7 @@ public:
         walkTogether();
         walkApart();
         for (uint32_t i = 0; i < count; ++i)
-            hits[i] = valid >> i & 1 ? rays_[i].judge.hit() : kNoBatchHit;
+            hits[i] = valid >> i & 1 ? rays_[i].judge.hit() : Judge().hit();
     }
 
 private:

@@ -6,18 +6,16 @@
 
 #include "base/error.h"
 #include "base/fiber_stacks.h"
+#include "base/fiber_switch.h"
 #include "base/sanitizer_fibers.h"
 
 #include <bit>
 #include <csetjmp>
 #include <memory>
 
-#include <boost/context/detail/fcontext.hpp>
-
 namespace sunstone::engine::cpu {
 namespace {
 
-namespace ctx = boost::context::detail;
 using devlib::ProgramFn;
 using devlib::RayState;
 using devlib::ThreadState;
@@ -38,13 +36,19 @@ public:
         : tiling_(tiling), tile_(tiling, first), number_(first), end_(end) {}
 
     bool take(uint32_t index[3]) {
-        if (next_ == tile_.count()) {
+        if (column_ == tile_.width) {
+            column_ = 0;
+            ++row_;
+        }
+        if (row_ == tile_.height) {
             if (++number_ >= end_)
                 return false;
             tile_ = Tile(tiling_, number_);
-            next_ = 0;
+            row_ = 0;
         }
-        tile_.place(next_++, index);
+        index[0] = tile_.x + column_++;
+        index[1] = tile_.y + row_;
+        index[2] = tile_.z;
         return true;
     }
 
@@ -52,7 +56,7 @@ private:
     const Tiling& tiling_;
     Tile tile_;
     uint64_t number_, end_;
-    uint32_t next_ = 0;
+    uint32_t column_ = 0, row_ = 0; // in the tile
 };
 
 class InFlight;
@@ -60,7 +64,7 @@ class InFlight;
 struct Fiber {
     ThreadState thread; // first: RayState::thread leads to the fiber
     InFlight* group;
-    ctx::fcontext_t context;
+    FiberContext context;
     ProgramFn next; // what remains to be done for the ray that it waited for, or null
 };
 
@@ -74,7 +78,7 @@ public:
     void wait(Fiber& fiber, RayState* ray);
 
 private:
-    static void entry(ctx::transfer_t from);
+    static void entry();
     void start(Fiber& fiber);
     void runIndices(Fiber& fiber);
     void step();
@@ -89,7 +93,7 @@ private:
     FiberStacks& stacks_;
     FaultFrame faults_;
     SanitizerFibers sanitizer_;
-    ctx::fcontext_t scheduler_ = nullptr;
+    FiberContext scheduler_ = nullptr;
     Fiber* running_ = nullptr; // null while the scheduler runs
     // The fibers ready_[nextReady_] to ready_[readyCount_ - 1] may go on.
     unsigned readyCount_ = 0, nextReady_ = 0, waitingCount_ = 0;
@@ -100,20 +104,13 @@ private:
     Fiber fibers_[kFibers];
 };
 
-// Switches to a context; who switches back stores its own context where `from` says.
-void switchTo(ctx::fcontext_t to, ctx::fcontext_t* from) {
-    const ctx::transfer_t back = ctx::jump_fcontext(to, from);
-    *static_cast<ctx::fcontext_t*>(back.data) = back.fctx;
-}
-
 // The group that the thread runs, for fibers that start.
 InFlight*& currentGroup() {
     thread_local InFlight* group = nullptr;
     return group;
 }
 
-void InFlight::entry(ctx::transfer_t from) {
-    *static_cast<ctx::fcontext_t*>(from.data) = from.fctx;
+void InFlight::entry() {
     InFlight& self = *currentGroup();
     self.sanitizer_.entered();
     Fiber& fiber = *self.running_;
@@ -149,23 +146,22 @@ void InFlight::start(Fiber& fiber) {
     const size_t colour = number * kColour % (kColour * kColours) & ~size_t(15);
     fiber.thread = {};
     fiber.group = this;
-    fiber.context = ctx::make_fcontext(static_cast<char*>(stacks_.top(number)) - colour,
-                                       stacks_.size() - colour, &InFlight::entry);
+    fiber.context = makeFiber(static_cast<char*>(stacks_.top(number)) - colour, &InFlight::entry);
     ready_[readyCount_++] = &fiber;
 }
 
 // Ends the fiber's turn: the next one that is ready goes on, or the scheduler.
-void InFlight::leave(Fiber& fiber, bool forever) {
+SUNSTONE_INLINE_MEMBER void InFlight::leave(Fiber& fiber, bool forever) {
     Fiber* next = nullptr;
     if (!SanitizerFibers::kActive && nextReady_ < readyCount_)
         next = ready_[nextReady_++];
     running_ = next;
     sanitizer_.leave(forever);
-    switchTo(next ? next->context : scheduler_, &fiber.context);
+    switchFiber(&fiber.context, next ? next->context : scheduler_);
     sanitizer_.entered();
 }
 
-void InFlight::wait(Fiber& fiber, RayState* ray) {
+SUNSTONE_INLINE_MEMBER void InFlight::wait(Fiber& fiber, RayState* ray) {
     waiting_[waitingCount_] = &fiber;
     rays_[waitingCount_++] = ray;
     leave(fiber, false);
@@ -175,7 +171,7 @@ void InFlight::resume(Fiber& fiber) {
     running_ = &fiber;
     const auto number = size_t(&fiber - fibers_);
     sanitizer_.enter(number, stacks_.top(number), stacks_.size());
-    switchTo(fiber.context, &scheduler_);
+    switchFiber(&scheduler_, fiber.context);
     sanitizer_.left();
 }
 

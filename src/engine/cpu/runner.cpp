@@ -3,7 +3,6 @@
 
 #include "base/error.h"
 #include "devlib/flags.h"
-#include "devlib/records.h"
 
 #include <csetjmp>
 #include <cstddef>
@@ -25,15 +24,6 @@ void Runner::prepare(RayState& state, ThreadState& thread, uint64_t stack,
     thread.stackLimit = stackLimit;
     if (stack > stackBudget_)
         thread.stackLimit = std::max(stackLimit, stack - stackBudget_);
-}
-
-void Runner::runEntry(RayState& state) const {
-    state.sbtData =
-        reinterpret_cast<const void*>(launch_.sbt.entryRecord + sizeof(devlib::SbtHeader));
-    state.depth = 0;
-    if (launch_.boxes)
-        devlib::prepareBounds(state);
-    entry_(&state);
 }
 
 // No object with a destructor lives here: exceptions of device programs leave through longjmp.

@@ -4,6 +4,7 @@
 
 #include "base/faults.h"
 #include "devlib/abi.h"
+#include "devlib/records.h"
 #include "engine/exceptions.h"
 #include "engine/wording.h"
 
@@ -71,7 +72,14 @@ public:
     // The state of a new launch index; its programs' frames lie between `stack` and `stackLimit`.
     void prepare(devlib::RayState& state, devlib::ThreadState& thread, uint64_t stack,
                  uint64_t stackLimit) const;
-    void runEntry(devlib::RayState& state) const;
+    void runEntry(devlib::RayState& state) const {
+        state.sbtData =
+            reinterpret_cast<const void*>(launch_.sbt.entryRecord + sizeof(devlib::SbtHeader));
+        state.depth = 0;
+        if (launch_.boxes)
+            devlib::prepareBounds(state);
+        entry_(&state);
+    }
     // What follows an exception: the exception program, or where there can be none the end of the
     // launch. Called outside device code; `faults` receives those of the exception program.
     void endIndex(devlib::RayState& state, const FaultFrame& place, FaultFrame& faults);

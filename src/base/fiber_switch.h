@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Switches between the stacks of a thread. Only the registers that a function must keep are saved:
+// the compiler does that for those it uses, so a switch takes a few cycles, and its jump goes to
+// one place, which the processor predicts. The floating-point modes stay those of the thread.
+#pragma once
+
+#include "base/inline.h"
+
+#include <cstdint>
+
+namespace sunstone {
+
+// Where a fiber goes on that does not run: the address of the code lies on top of its stack.
+using FiberContext = void*;
+
+// A fiber that begins with `entry`, which never returns. `stackTop`: the end of its stack.
+inline FiberContext makeFiber(void* stackTop, void (*entry)()) {
+    auto* const top = reinterpret_cast<uint64_t*>(reinterpret_cast<uint64_t>(stackTop) & ~15ull);
+    top[-1] = 0; // as a return address: the end for whatever unwinds the stack
+    top[-2] = reinterpret_cast<uint64_t>(entry);
+    return top - 2;
+}
+
+// Goes on at `to`. Returns when something goes on at the context that *from is set to.
+#if defined(__x86_64__)
+SUNSTONE_INLINE void switchFiber(FiberContext* from, FiberContext to) {
+    asm volatile("leaq -128(%%rsp), %%rsp\n\t" // the red zone
+                 "pushq %%rbp\n\t"
+                 "pushq %%rbx\n\t"
+                 "leaq 1f(%%rip), %%rax\n\t"
+                 "pushq %%rax\n\t"
+                 "movq %%rsp, (%%rdi)\n\t"
+                 "movq %%rsi, %%rsp\n\t"
+                 "popq %%rax\n\t"
+                 "jmpq *%%rax\n"
+                 "1:\n\t"
+                 "popq %%rbx\n\t"
+                 "popq %%rbp\n\t"
+                 "leaq 128(%%rsp), %%rsp"
+                 : "+D"(from), "+S"(to)
+                 :
+                 : "rax", "rcx", "rdx", "r8", "r9", "r10", "r11", "r12", "r13", "r14", "r15",
+                   "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", "xmm8", "xmm9",
+                   "xmm10", "xmm11", "xmm12", "xmm13", "xmm14", "xmm15", "memory", "cc");
+}
+#else
+#error "switches between stacks are not written for this processor"
+#endif
+
+} // namespace sunstone
