@@ -341,42 +341,53 @@ static bool hasTraversalPrograms(const LaunchState& launch) {
     return false;
 }
 
-// The rays that look for their nearest hit, or only for whether there is one. Those that are like
-// the first one go as packets if their structure allows it; flights take the rest.
+// Rays with one launch, set of flags and structure, as packets if that structure allows it. Returns
+// how many `numbers` has at the end: those left for flights.
 template <bool kInstancing>
 static uint32_t traceAlike(Reluctance& reluctance, RayState* const* states, ProgramFn* next,
                            ProgramFn whole, uint8_t* numbers, uint32_t count) {
-    constexpr uint32_t kLeastAlike = 8;
-    if (count < kLeastAlike)
-        return count;
     const RayState& like = *states[numbers[0]];
     const StructureKind kind = structureKind(*like.launch, like.rayFlags, 0, like.handle);
-    const bool isInstances = kInstancing && kind == StructureKind::kInstances &&
-                             like.launch->maxGraphDepth >= 2 && !hasTraversalPrograms(*like.launch);
-    if (kind != StructureKind::kTriangles && !isInstances)
-        return count;
-    uint8_t alike[kMostRays];
-    uint32_t numAlike = 0, numOthers = 0;
-    for (uint32_t i = 0; i < count; ++i) {
-        const RayState& state = *states[numbers[i]];
-        if (state.handle == like.handle && state.rayFlags == like.rayFlags &&
-            state.launch == like.launch)
-            alike[numAlike++] = numbers[i];
-        else
-            numbers[numOthers++] = numbers[i];
+    const auto trace = [&](auto any, auto nearest) {
+        return (like.rayFlags & kRayTerminateOnFirstHit ? any : nearest)(reluctance, states, next,
+                                                                         whole, numbers, count);
+    };
+    if (kind == StructureKind::kTriangles)
+        return trace(tracePackets<true, false>, tracePackets<false, false>);
+    if constexpr (kInstancing)
+        if (kind == StructureKind::kInstances && like.launch->maxGraphDepth >= 2 &&
+            !hasTraversalPrograms(*like.launch))
+            return trace(tracePackets<true, true>, tracePackets<false, true>);
+    return count;
+}
+
+// The rays that look for their nearest hit, or only for whether there is one, by what they share.
+// Returns how many are left for flights.
+template <bool kInstancing>
+static uint32_t traceNearest(Reluctance& reluctance, RayState* const* states, ProgramFn* next,
+                             ProgramFn whole, uint8_t* numbers, uint32_t count) {
+    constexpr uint32_t kLeastAlike = 8, kMostKinds = 4;
+    uint8_t alike[kMostRays], left[kMostRays];
+    uint32_t numLeft = 0;
+    for (uint32_t kinds = 0; count >= kLeastAlike && kinds < kMostKinds; ++kinds) {
+        const RayState& like = *states[numbers[0]];
+        uint32_t numAlike = 0, numOthers = 0;
+        for (uint32_t i = 0; i < count; ++i) {
+            const RayState& state = *states[numbers[i]];
+            if (state.handle == like.handle && state.rayFlags == like.rayFlags &&
+                state.launch == like.launch)
+                alike[numAlike++] = numbers[i];
+            else
+                numbers[numOthers++] = numbers[i];
+        }
+        if (numAlike >= kLeastAlike)
+            numAlike = traceAlike<kInstancing>(reluctance, states, next, whole, alike, numAlike);
+        std::copy_n(alike, numAlike, left + numLeft);
+        numLeft += numAlike;
+        count = numOthers;
     }
-    if (numAlike >= kLeastAlike) {
-        const bool any = like.rayFlags & kRayTerminateOnFirstHit;
-        const auto trace = [&](auto function) {
-            return function(reluctance, states, next, whole, alike, numAlike);
-        };
-        if (!isInstances)
-            numAlike = any ? trace(tracePackets<true, false>) : trace(tracePackets<false, false>);
-        else if constexpr (kInstancing)
-            numAlike = any ? trace(tracePackets<true, true>) : trace(tracePackets<false, true>);
-    }
-    std::copy_n(alike, numAlike, numbers + numOthers);
-    return numOthers + numAlike;
+    std::copy_n(left, numLeft, numbers + count);
+    return count + numLeft;
 }
 
 template <bool kInstancing>
@@ -400,8 +411,8 @@ static void traceBatch(RayState* const* states, ProgramFn* next, uint32_t count)
             else
                 order.nearest[order.numNearest++] = uint8_t(i);
         }
-        order.numNearest = traceAlike<kInstancing>(reluctance, states + first, next + first, whole,
-                                                   order.nearest, order.numNearest);
+        order.numNearest = traceNearest<kInstancing>(reluctance, states + first, next + first,
+                                                     whole, order.nearest, order.numNearest);
         traceFlights<true>(reluctance, states + first, next + first, whole, order.nearest,
                            order.numNearest);
         traceFlights<false>(reluctance, states + first, next + first, whole, order.first,
