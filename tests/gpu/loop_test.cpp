@@ -73,6 +73,16 @@ protected:
         static Kernel kernel(textOf(TEST_LOOP_TWO_PTX), oneHitGroup(kMostDepth));
         return kernel;
     }
+    // And called by address.
+    static Options apartOptions() {
+        Options options = oneHitGroup(kMostDepth);
+        options.mostInlined = 0;
+        return options;
+    }
+    static Kernel& apart() {
+        static Kernel kernel(textOf(TEST_LOOP_TWO_PTX), apartOptions());
+        return kernel;
+    }
 
     std::vector<LoopResult> run(Kernel& kernel, const Job& job,
                                 devlib::LaunchReport* report) const {
@@ -119,7 +129,7 @@ protected:
     std::vector<LoopResult> same(const Job& job, devlib::LaunchReport* report = nullptr) const {
         devlib::LaunchReport wantedReport, foundReport;
         const std::vector<LoopResult> wanted = run(whole(), job, &wantedReport);
-        for (Kernel* kernel : {&cut(), &nested()}) {
+        for (Kernel* kernel : {&cut(), &nested(), &apart()}) {
             SCOPED_TRACE(kernel->feedback);
             const std::vector<LoopResult> found = run(*kernel, job, &foundReport);
             for (size_t i = 0; i < wanted.size(); ++i) {
@@ -162,6 +172,19 @@ TEST_F(GpuLoop, FeedbackTellsTheKernel) {
     EXPECT_NE(compileCode(text, oneHitGroup(kMostDepth))
                   .feedback.find("recurse, because a program has instructions at which the lanes"),
               std::string::npos);
+}
+
+TEST_F(GpuLoop, LongProgramsAreCalledByAddress) {
+    const auto parts = [](const Options& options) {
+        const std::string text = compile(textOf(TEST_LOOP_TWO_PTX), options);
+        size_t count = 0;
+        for (size_t at = text.find("_$_apart("); at != text.npos;
+             at = text.find("_$_apart(", at + 1))
+            ++count;
+        return count;
+    };
+    EXPECT_GE(parts(apartOptions()), 2u);
+    EXPECT_EQ(parts(oneHitGroup(kMostDepth)), 0u);
 }
 
 TEST_F(GpuLoop, TripCountsThatDiffer) {
@@ -272,7 +295,7 @@ TEST_F(GpuLoop, RecordsOfOtherGroupsAreReported) {
     std::memcpy(records.data(), &record, sizeof(record));
     devlib::LaunchBlock block{};
     block.launch.sbt.entryRecord = records.address();
-    for (Kernel* kernel : {&cut(), &nested()})
+    for (Kernel* kernel : {&cut(), &nested(), &apart()})
         EXPECT_EQ(kernel->launch(block, 40, 3, 1).fatal,
                   uint64_t(uint32_t(devlib::kFatalRaygenRecord)));
 }

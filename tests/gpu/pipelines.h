@@ -22,6 +22,7 @@ struct Options {
     uint32_t shapes = 0; // bvh::gpu::ShapeBit
     bool micromaps = false;
     unsigned maxTraceDepth = 0; // 0: not known when the pipeline is compiled
+    size_t mostInlined = compiler::GpuPipelineRequest().mostInlined;
 };
 
 inline GpuGroup groupOf(ProgramKind kind, size_t program) {
@@ -83,6 +84,7 @@ inline compiler::GpuPipelineRequest requestOf(std::shared_ptr<const compiler::So
     request.runtime = devlib::gpuRuntime();
     request.target = options.target;
     request.maxTraceDepth = options.maxTraceDepth;
+    request.mostInlined = options.mostInlined;
     bool anyHit = false, intersection = false, exception = false;
     for (const auto& program : summary.programs) {
         anyHit |= program.kind == ProgramKind::kAnyHit;

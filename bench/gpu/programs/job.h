@@ -66,6 +66,7 @@ struct Job {
     std::vector<const char*> misses;
     std::vector<HitGroup> hits;
     std::vector<std::string> callables;
+    std::vector<std::string> closestHits; // names of numbered programs in `hits`
     std::vector<HitRecord> records;
 
     // A frame: `prepare`, then launches for one tile after the other.

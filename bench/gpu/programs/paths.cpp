@@ -14,6 +14,10 @@ std::string_view bench_recursion_ptx();
 std::string_view bench_textured_2_ptx();
 std::string_view bench_textured_16_ptx();
 std::string_view bench_textured_200_ptx();
+std::string_view bench_shaded_4_ptx();
+std::string_view bench_shaded_8_ptx();
+std::string_view bench_shaded_16_ptx();
+std::string_view bench_shaded_200_ptx();
 
 namespace bench {
 namespace {
@@ -103,18 +107,14 @@ std::vector<unsigned char> spots(unsigned seed, unsigned side) {
     return texels;
 }
 
-Job textured(OptixDeviceContext context, const JobSettings& settings, std::string_view ptx,
+// A room with textures. `job` has its programs.
+void furnish(OptixDeviceContext context, const JobSettings& settings, Job& job,
              unsigned materials) {
     constexpr unsigned kSide = 128;
-    Job job;
-    job.ptx = ptx;
     job.payloadValues = 2;
     job.traceDepth = 2;
     job.raygen = "__raygen__paths";
     job.misses = {"__miss__sky", "__miss__lamp"};
-    job.hits = {{"__closesthit__textured"}};
-    for (unsigned i = 0; i < materials; ++i)
-        job.callables.push_back("__direct_callable__" + std::to_string(i));
     MaterialMesh room = makeRoom(settings.some(kRoomTriangles, 600), materials);
     for (Look& look : room.looks)
         for (unsigned k = 0; k < kTextures; ++k) {
@@ -126,6 +126,16 @@ Job textured(OptixDeviceContext context, const JobSettings& settings, std::strin
     job.params.samples = 4;
     job.params.depth = 6;
     job.allocatePicture(settings.width, settings.height);
+}
+
+Job textured(OptixDeviceContext context, const JobSettings& settings, std::string_view ptx,
+             unsigned materials) {
+    Job job;
+    job.ptx = ptx;
+    job.hits = {{"__closesthit__textured"}};
+    for (unsigned i = 0; i < materials; ++i)
+        job.callables.push_back("__direct_callable__" + std::to_string(i));
+    furnish(context, settings, job, materials);
     return job;
 }
 Job textured2(OptixDeviceContext context, const JobSettings& settings) {
@@ -136,6 +146,32 @@ Job textured16(OptixDeviceContext context, const JobSettings& settings) {
 }
 Job textured200(OptixDeviceContext context, const JobSettings& settings) {
     return textured(context, settings, bench_textured_200_ptx(), 200);
+}
+
+Job shaded(OptixDeviceContext context, const JobSettings& settings, std::string_view ptx,
+           unsigned materials) {
+    Job job;
+    job.ptx = ptx;
+    for (unsigned i = 0; i < materials; ++i)
+        job.closestHits.push_back("__closesthit__" + std::to_string(i));
+    for (const std::string& name : job.closestHits)
+        job.hits.push_back({name.c_str()});
+    furnish(context, settings, job, materials);
+    for (HitRecord& record : job.records)
+        record.group = record.material.callable;
+    return job;
+}
+Job shaded4(OptixDeviceContext context, const JobSettings& settings) {
+    return shaded(context, settings, bench_shaded_4_ptx(), 4);
+}
+Job shaded8(OptixDeviceContext context, const JobSettings& settings) {
+    return shaded(context, settings, bench_shaded_8_ptx(), 8);
+}
+Job shaded16(OptixDeviceContext context, const JobSettings& settings) {
+    return shaded(context, settings, bench_shaded_16_ptx(), 16);
+}
+Job shaded200(OptixDeviceContext context, const JobSettings& settings) {
+    return shaded(context, settings, bench_shaded_200_ptx(), 200);
 }
 
 } // namespace
@@ -153,6 +189,10 @@ std::vector<JobKind> pathJobs() {
         {"textured_2", "three texture reads and a callable, two materials", textured2, 0.01, 0.1},
         {"textured_16", "the same, sixteen materials", textured16, 0.01, 0.1},
         {"textured_200", "the same, 200 materials", textured200, 0.01, 0.1},
+        {"shaded_4", "three texture reads, four closest-hit programs", shaded4, 0.01, 0.1},
+        {"shaded_8", "the same, eight closest-hit programs", shaded8, 0.01, 0.1},
+        {"shaded_16", "the same, sixteen closest-hit programs", shaded16, 0.01, 0.1},
+        {"shaded_200", "the same, 200 closest-hit programs", shaded200, 0.01, 0.1},
     };
 }
 

@@ -74,18 +74,20 @@ int nvPTXCompilerDestroy(void** handle) {
 int nvPTXCompilerCompile(void* handle, int count, const char* const* options) {
     namespace fs = std::filesystem;
     Compilation& compilation = of(handle);
-    if (compilation.text.find(".entry sunstone_launch") == std::string::npos)
-        return 0; // a kernel of the library
-    std::string registers = "--maxrregcount=255";
+    std::string registers = "--maxrregcount=255", form = "";
     for (int i = 0; i < count; ++i)
         if (std::strncmp(options[i], "--maxrregcount", 14) == 0)
             registers = options[i];
+        else if (std::strcmp(options[i], "--compile-only") == 0)
+            form = "--compile-only ";
+    if (form.empty() && compilation.text.find(".entry sunstone_launch") == std::string::npos)
+        return 0; // a kernel of the library
     char name[] = "/tmp/sunstone_ptxas_XXXXXX";
     if (!mkdtemp(name))
         return 1;
     const fs::path folder = name;
     std::ofstream(folder / "text.ptx") << compilation.text;
-    const std::string command = std::string(SUNSTONE_PTXAS " -v -arch=sm_90 ") + registers +
+    const std::string command = std::string(SUNSTONE_PTXAS " -v -arch=sm_90 ") + form + registers +
                                 " -o " + name + "/code " + name + "/text.ptx >" + name +
                                 "/log 2>&1";
     const double before = processorTimeOfChildren();
@@ -95,7 +97,7 @@ int nvPTXCompilerCompile(void* handle, int count, const char* const* options) {
     compilation.log.assign(std::istreambuf_iterator<char>(log), {});
     if (status == 0)
         report(compilation.log, fs::file_size(folder / "code"), compilation.text.size(), seconds,
-               registers.substr(2));
+               form + registers.substr(2));
     fs::remove_all(folder);
     return status == 0 ? 0 : 4;
 }

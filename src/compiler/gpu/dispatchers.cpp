@@ -2,6 +2,8 @@
 // See dispatchers.h.
 #include "compiler/gpu/dispatchers.h"
 
+#include "compiler/gpu/calls_by_address.h"
+
 #include <llvm/IR/IRBuilder.h>
 
 #include <map>
@@ -84,10 +86,26 @@ llvm::Value* callProgram(llvm::IRBuilder<>& builder, llvm::Function& dispatcher,
                                             : builder.getInt32(devlib::kAccept);
 }
 
+// A function with the dispatcher's parameters but the group that calls the program, so that all
+// programs of a dispatcher have one type.
+llvm::Function* makePart(llvm::Function& dispatcher, llvm::Function& program) {
+    llvm::FunctionType* const type = dispatcher.getFunctionType();
+    llvm::Function* const part = llvm::Function::Create(
+        llvm::FunctionType::get(type->getReturnType(), type->params().drop_back(), false),
+        llvm::GlobalValue::InternalLinkage, program.getName() + ".apart", *program.getParent());
+    part->addFnAttr(llvm::Attribute::NoInline);
+    part->addFnAttr(llvm::Attribute::NoUnwind);
+    part->addFnAttr(kPartByAddress);
+    llvm::IRBuilder<> builder(llvm::BasicBlock::Create(program.getContext(), "", part));
+    builder.CreateRet(callProgram(builder, *part, program));
+    return part;
+}
+
 // switch (group) { case number: return program(state); ... default: return 0; }
 class Switch {
 public:
-    Switch(llvm::Function& function, Dispatcher::Form form)
+    // `isApart`: programs are not inlined but called by address, at one place.
+    Switch(llvm::Function& function, Dispatcher::Form form, bool isApart)
         : function_(function), form_(form), builder_(function.getContext()) {
         function.addFnAttr(llvm::Attribute::AlwaysInline);
         function.addFnAttr(llvm::Attribute::NoUnwind);
@@ -100,6 +118,8 @@ public:
                 : builder_.getInt32(~0u));
         builder_.SetInsertPoint(entry);
         choice_ = builder_.CreateSwitch(function.getArg(unsigned(function.arg_size()) - 1), other);
+        if (isApart)
+            makeCall();
     }
 
     void add(uint32_t group, llvm::Function& program) {
@@ -107,12 +127,33 @@ public:
         if (!block) {
             block = llvm::BasicBlock::Create(function_.getContext(), "", &function_);
             builder_.SetInsertPoint(block);
-            builder_.CreateRet(resultOf(program));
+            if (callee_) {
+                callee_->addIncoming(makePart(function_, program), block);
+                builder_.CreateBr(callee_->getParent());
+            } else {
+                builder_.CreateRet(resultOf(program));
+            }
         }
         choice_->addCase(builder_.getInt32(group), block);
     }
 
 private:
+    void makeCall() {
+        llvm::FunctionType* const type = function_.getFunctionType();
+        auto* block = llvm::BasicBlock::Create(function_.getContext(), "call", &function_);
+        builder_.SetInsertPoint(block);
+        callee_ = builder_.CreatePHI(builder_.getPtrTy(), 2);
+        std::vector<llvm::Value*> operands;
+        for (llvm::Argument& argument : function_.args())
+            operands.push_back(&argument);
+        operands.pop_back();
+        llvm::CallInst* const call = builder_.CreateCall(
+            llvm::FunctionType::get(type->getReturnType(), type->params().drop_back(), false),
+            callee_, operands);
+        call->addFnAttr(llvm::Attribute::get(function_.getContext(), kPartByAddress));
+        builder_.CreateRet(call);
+    }
+
     llvm::Value* resultOf(llvm::Function& program) {
         if (form_ == Dispatcher::kCode)
             return &program;
@@ -125,8 +166,22 @@ private:
     Dispatcher::Form form_;
     llvm::IRBuilder<> builder_;
     llvm::SwitchInst* choice_ = nullptr;
+    llvm::PHINode* callee_ = nullptr; // of the one call, if programs are called by address
     std::map<llvm::Function*, llvm::BasicBlock*> calls_; // one call per program
 };
+
+// Whether programs, by group, have more instructions than GpuPipelineRequest::mostInlined.
+bool areLong(const Dispatcher& dispatcher, const std::map<uint32_t, llvm::Function*>& targets,
+             size_t mostInlined) {
+    if (dispatcher.role != devlib::kRoleMain || dispatcher.form == Dispatcher::kFind)
+        return false;
+    std::set<const llvm::Function*> programs;
+    size_t instructions = 0;
+    for (const auto& [group, program] : targets)
+        if (programs.insert(program).second)
+            instructions += program->getInstructionCount();
+    return programs.size() > 1 && instructions > mostInlined;
+}
 
 // A function of a number: the fact about it, else `none`.
 using Facts = std::map<uint32_t, llvm::Value*>;
@@ -152,22 +207,24 @@ void defineFacts(llvm::Module& module, const char* name, llvm::Value* none, cons
 
 } // namespace
 
-void defineDispatchers(llvm::Module& module, const std::vector<GpuGroup>& groups,
+void defineDispatchers(llvm::Module& module, const GpuPipelineRequest& request,
                        const std::vector<llvm::Function*>& programs, const CutPrograms& cuts) {
     for (const Dispatcher& dispatcher : kDispatchers) {
         llvm::Function* const function = module.getFunction(dispatcher.name);
         if (!function) // the run-time does not call it
             continue;
-        Switch choice(*function, dispatcher.form);
-        std::set<uint32_t> numbers; // a group may be given twice
-        for (const GpuGroup& group : groups) {
+        std::map<uint32_t, llvm::Function*> targets; // by group; one may be given twice
+        for (const GpuGroup& group : request.groups) {
             const size_t index = group.programs[dispatcher.role];
-            if (index == GpuGroup::kNone || !serves(dispatcher.kind, group.kind) ||
-                !numbers.insert(group.number).second)
+            if (index == GpuGroup::kNone || !serves(dispatcher.kind, group.kind))
                 continue;
             if (llvm::Function* program = targetOf(cuts, dispatcher.form, programs[index]))
-                choice.add(group.number, *program);
+                targets.emplace(group.number, program);
         }
+        Switch choice(*function, dispatcher.form,
+                      areLong(dispatcher, targets, request.mostInlined));
+        for (const auto& [group, program] : targets)
+            choice.add(group, *program);
     }
 }
 

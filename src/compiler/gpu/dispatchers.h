@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions by which the run-time of a GPU pipeline reaches programs: switches over the number
-// of a group, so that LLVM may inline programs.
+// of a group. LLVM may inline the programs, but for those that are too long
+// (GpuPipelineRequest::mostInlined).
 #pragma once
 
 #include "compiler/gpu/programs.h"
@@ -9,7 +10,7 @@
 namespace sunstone::compiler {
 
 // Defines the dispatchers that the linked run-time declares (GpuCode, pipeline.h).
-void defineDispatchers(llvm::Module& module, const std::vector<GpuGroup>& groups,
+void defineDispatchers(llvm::Module& module, const GpuPipelineRequest& request,
                        const std::vector<llvm::Function*>& programs, const CutPrograms& cuts);
 
 // For debug exceptions: facts of callables, by 2 * group + continuation, and of built-in

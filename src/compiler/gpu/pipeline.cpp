@@ -108,7 +108,7 @@ public:
         times_.step("cut");
         kernel_.make();
         linkGpuRuntime(unit_.module(), *machine_, request_.runtime, request_.constants);
-        defineDispatchers(unit_.module(), request_.groups, programs_.functions(), kernel_.cuts());
+        defineDispatchers(unit_.module(), request_, programs_.functions(), kernel_.cuts());
         defineGroupFacts(unit_.module(), request_.groups);
         kernel_.hideOthers();
         optimizer_->dump("linked");

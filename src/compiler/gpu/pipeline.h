@@ -47,6 +47,11 @@ struct GpuPipelineRequest {
     std::vector<std::pair<std::string, uint32_t>> constants;
     GpuTarget target;
     unsigned maxTraceDepth = 0; // of the pipeline; 0: unknown, rays of programs recurse
+    // Instructions of all programs with one role and kind of group. Where they have more, they are
+    // called by address: the time of the driver's compiler grows faster than the size of a
+    // function. Calls take up to 1.6 times as long a frame (docs/notes/compile-time.md has
+    // figures).
+    size_t mostInlined = 24000;
 };
 
 // Functions that the run-time calls with the state and a group number; the result for a group

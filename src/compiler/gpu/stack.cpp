@@ -2,6 +2,7 @@
 // See gpu/stack.h.
 #include "compiler/gpu/stack.h"
 
+#include "compiler/gpu/calls_by_address.h"
 #include "compiler/gpu/pipeline.h"
 
 #include <llvm/IR/InstIterator.h>
@@ -135,7 +136,7 @@ private:
 GpuCalls::GpuCalls(const llvm::Module& module, std::string_view ptx) {
     const Frames frames = framesOf(ptx);
     std::map<const llvm::Function*, uint32_t> numbers;
-    std::vector<uint32_t> byAddress;
+    std::vector<const llvm::Function*> byAddress;
     for (const llvm::Function& function : module) {
         if (function.isDeclaration())
             continue;
@@ -145,7 +146,7 @@ GpuCalls::GpuCalls(const llvm::Module& module, std::string_view ptx) {
         const auto frame = frames.find(name);
         functions_.push_back({name, kSaved + (frame == frames.end() ? 0 : frame->second)});
         if (name != kGpuKernel && function.hasAddressTaken())
-            byAddress.push_back(number);
+            byAddress.push_back(&function);
     }
     for (const auto& [function, number] : numbers) {
         std::set<uint32_t> callees;
@@ -154,12 +155,15 @@ GpuCalls::GpuCalls(const llvm::Module& module, std::string_view ptx) {
             if (!call || call->isInlineAsm())
                 continue;
             const llvm::Function* callee = call->getCalledFunction();
-            if (!callee)
-                callees.insert(byAddress.begin(), byAddress.end());
-            else if (callee->getName() == kTrace)
+            if (!callee) {
+                for (const llvm::Function* each : byAddress)
+                    if (mayCall(*call, *each))
+                        callees.insert(numbers.at(each));
+            } else if (callee->getName() == kTrace) {
                 functions_[number].traces = true;
-            else if (const auto known = numbers.find(callee); known != numbers.end())
+            } else if (const auto known = numbers.find(callee); known != numbers.end()) {
                 callees.insert(known->second);
+            }
         }
         functions_[number].callees.assign(callees.begin(), callees.end());
     }

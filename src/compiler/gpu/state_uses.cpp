@@ -2,6 +2,8 @@
 // See state_uses.h.
 #include "compiler/gpu/state_uses.h"
 
+#include "compiler/gpu/calls_by_address.h"
+
 #include <llvm/IR/InstIterator.h>
 #include <llvm/IR/IntrinsicInst.h>
 #include <llvm/IR/Module.h>
@@ -80,12 +82,14 @@ bool StateUses::use(llvm::Instruction& user, Value& pointer, Queue& queue) {
 bool StateUses::pass(llvm::CallBase& call, Value& pointer, Queue& queue) {
     if (call.isInlineAsm() || call.getCalledOperand() == &pointer)
         return false;
-    std::vector<llvm::Function*> callees = byAddress_;
-    if (!call.isIndirectCall()) {
-        if (!call.getCalledFunction())
-            return false;
+    std::vector<llvm::Function*> callees;
+    if (call.isIndirectCall())
+        llvm::copy_if(byAddress_, std::back_inserter(callees),
+                      [&](llvm::Function* function) { return mayCall(call, *function); });
+    else if (!call.getCalledFunction())
+        return false;
+    else
         callees = {call.getCalledFunction()};
-    }
     for (unsigned i = 0; i < call.arg_size(); ++i) {
         if (call.getArgOperand(i) != &pointer)
             continue;
@@ -177,7 +181,7 @@ bool StateUses::argumentsAgree() const {
         if (!argument->getParent()->hasAddressTaken())
             continue;
         for (const llvm::CallBase* call : indirectCalls_)
-            if (number < call->arg_size() &&
+            if (mayCall(*call, *argument->getParent()) && number < call->arg_size() &&
                 call->getArgOperand(number)->getType()->isPointerTy() &&
                 !agrees(*call->getArgOperand(number), place))
                 return false;

@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// MATERIAL(n) for all n below MATERIALS, which is 2, 16 or 200.
+// MATERIAL(n) for all n below MATERIALS, which is 2, 4, 8, 16 or 200.
 #define FOUR(a, b, c, d) MATERIAL(a) MATERIAL(b) MATERIAL(c) MATERIAL(d)
 #define TEN(t)                                                                                     \
     FOUR(t##0, t##1, t##2, t##3) FOUR(t##4, t##5, t##6, t##7) MATERIAL(t##8) MATERIAL(t##9)
 MATERIAL(0)
 MATERIAL(1)
 #if MATERIALS > 2
-FOUR(2, 3, 4, 5)
-FOUR(6, 7, 8, 9)
+MATERIAL(2)
+MATERIAL(3)
+#endif
+#if MATERIALS > 4
+FOUR(4, 5, 6, 7)
+#endif
+#if MATERIALS > 8
+MATERIAL(8)
+MATERIAL(9)
 FOUR(10, 11, 12, 13)
 MATERIAL(14)
 MATERIAL(15)

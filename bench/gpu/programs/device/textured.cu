@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A path tracer with textures: three reads a hit, then a direct callable per material, MATERIALS of
-// them, which chooses the next direction. Payload: the address of the path.
+// them, which chooses the next direction. With SHADERS a closest-hit program per material in place
+// of the callables. Payload: the address of the path.
 #include "common.h"
 
 struct Path {
@@ -55,12 +56,6 @@ DEVICE Scattered scatter(const Shading& s) {
     out.matt = isGlossy ? 0.0f : 1.0f;
     return out;
 }
-#define MATERIAL(n)                                                                                \
-    extern "C" __device__ Scattered __direct_callable__##n(Shading s) {                            \
-        return scatter<n>(s);                                                                      \
-    }
-#include "materials.h"
-
 // On the triangle's plane, in place of coordinates of a mesh.
 DEVICE float2 textureCoordinates(float3 point, float3 normal) {
     float3 x, y;
@@ -68,7 +63,8 @@ DEVICE float2 textureCoordinates(float3 point, float3 normal) {
     return make_float2(dot(point, x) * 1.7f, dot(point, y) * 1.7f);
 }
 
-extern "C" __global__ void __closesthit__textured() {
+template <class Scatter>
+DEVICE void shade(const Scatter& scatterAt) {
     Path& path = pathOf();
     const Look& m = material();
     bool back;
@@ -91,7 +87,7 @@ extern "C" __global__ void __closesthit__textured() {
                  0.05f + 0.9f * rough,        0,      0};
     s.u = nextFloat(path.random);
     s.v = nextFloat(path.random);
-    const Scattered b = optixDirectCall<Scattered, Shading>(m.callable, s);
+    const Scattered b = scatterAt(m, s);
     const float3 above = point + normal * params.epsilon;
     path.throughput = path.throughput * b.weight;
     if (b.matt > 0.0f) {
@@ -104,6 +100,25 @@ extern "C" __global__ void __closesthit__textured() {
     path.direction = b.direction;
     ++path.depth;
 }
+
+#ifdef SHADERS
+#define MATERIAL(n)                                                                                \
+    extern "C" __global__ void __closesthit__##n() {                                               \
+        shade([](const Look&, const Shading& s) { return scatter<n>(s); });                        \
+    }
+#else
+#define MATERIAL(n)                                                                                \
+    extern "C" __device__ Scattered __direct_callable__##n(Shading s) {                            \
+        return scatter<n>(s);                                                                      \
+    }
+extern "C" __global__ void __closesthit__textured() {
+    shade([](const Look& m, const Shading& s) {
+        return optixDirectCall<Scattered, Shading>(m.callable, s);
+    });
+}
+#endif
+#include "materials.h"
+
 extern "C" __global__ void __miss__sky() {
     Path& path = pathOf();
     path.radiance += path.throughput * skyColor(optixGetWorldRayDirection());
