@@ -33,6 +33,19 @@ SUNSTONE_CHANNELS(int, 32, cudaChannelFormatKindSigned, int)
 SUNSTONE_CHANNELS(unsigned int, 32, cudaChannelFormatKindUnsigned, uint)
 SUNSTONE_CHANNELS(float, 32, cudaChannelFormatKindFloat, float)
 #undef SUNSTONE_CHANNELS
+// 16-bit floats have functions instead, because their types are in another header.
+static inline cudaChannelFormatDesc cudaCreateChannelDescHalf() {
+    return ::cudaCreateChannelDesc(16, 0, 0, 0, cudaChannelFormatKindFloat);
+}
+static inline cudaChannelFormatDesc cudaCreateChannelDescHalf1() {
+    return cudaCreateChannelDescHalf();
+}
+static inline cudaChannelFormatDesc cudaCreateChannelDescHalf2() {
+    return ::cudaCreateChannelDesc(16, 16, 0, 0, cudaChannelFormatKindFloat);
+}
+static inline cudaChannelFormatDesc cudaCreateChannelDescHalf4() {
+    return ::cudaCreateChannelDesc(16, 16, 16, 16, cudaChannelFormatKindFloat);
+}
 template <> inline cudaChannelFormatDesc cudaCreateChannelDesc<char>() {
     return ::cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindSigned);
 }

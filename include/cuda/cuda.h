@@ -903,6 +903,7 @@ CUresult cuProfilerStop(void);
 }
 #endif
 
+#include "sunstone/driver_devices.h"
 #include "sunstone/driver_pools.h"
 #include "sunstone/driver_virtual_memory.h"
 #include "sunstone/driver_memory.h"

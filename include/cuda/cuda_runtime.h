@@ -27,6 +27,9 @@
 #include "sunstone/library.h"
 #ifdef __cplusplus
 #include <new> // in clang's version operator new and delete of device code, on malloc and free
+#ifndef __CUDACC_RTC__
+#include <utility> // as the toolkit's header does: loops over braced lists rely on it
+#endif
 #endif
 #include "sunstone/warp.h"
 #include "sunstone/simd.h"

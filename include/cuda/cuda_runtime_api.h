@@ -285,6 +285,7 @@ cudaError_t cudaEventSynchronize(cudaEvent_t event);
 cudaError_t cudaEventDestroy(cudaEvent_t event);
 cudaError_t cudaEventElapsedTime(float* milliseconds, cudaEvent_t start, cudaEvent_t end);
 
+#include "sunstone/runtime_devices.h"
 #include "sunstone/runtime_graphs.h"
 
 // ---- kernels -----------------------------------------------------------------------------------
@@ -312,6 +313,7 @@ cudaError_t cudaProfilerStart(void);
 cudaError_t cudaProfilerStop(void);
 
 #include "sunstone/runtime_graphics.h"
+#include "sunstone/runtime_processes.h"
 
 // ---- calls that compilers generate for <<<>>> --------------------------------------------------
 void** __cudaRegisterFatBinary(void* wrapper);

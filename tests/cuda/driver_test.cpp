@@ -70,6 +70,70 @@ TEST_F(Driver, Devices) {
     EXPECT_EQ(cuDeviceGetName(nullptr, 8, 0), CUDA_ERROR_INVALID_VALUE);
 }
 
+int attributeOf(CUdevice_attribute attribute) {
+    int value = 0;
+    EXPECT_EQ(cuDeviceGetAttribute(&value, attribute, 0), CUDA_SUCCESS) << attribute;
+    return value;
+}
+
+// Programs refuse an image that is larger than the device says it can be.
+TEST_F(Driver, ImageLimits) {
+    for (int a = CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE1D_WIDTH;
+         a <= CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE2D_LAYERED_LAYERS; ++a)
+        EXPECT_GE(attributeOf(CUdevice_attribute(a)), 2048) << a;
+    for (int a = CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURECUBEMAP_WIDTH;
+         a <= CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE2D_MIPMAPPED_HEIGHT; ++a)
+        EXPECT_GE(attributeOf(CUdevice_attribute(a)), 2046) << a;
+    EXPECT_EQ(attributeOf(CU_DEVICE_ATTRIBUTE_CAN_TEX2D_GATHER), 1);
+    using Size = CUDA_ARRAY3D_DESCRIPTOR;
+    struct Limit {
+        CUdevice_attribute attribute;
+        size_t Size::* field;
+        size_t others;
+        unsigned flags;
+    };
+    for (const auto& [attribute, field, others, flags] :
+         {Limit{CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE1D_WIDTH, &Size::Width, 0, 0},
+          Limit{CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE3D_WIDTH, &Size::Width, 2, 0},
+          Limit{CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE3D_HEIGHT, &Size::Height, 2, 0},
+          Limit{CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE3D_DEPTH, &Size::Depth, 2, 0},
+          Limit{CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE3D_DEPTH_ALTERNATE, &Size::Depth, 2, 0},
+          Limit{CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE2D_LAYERED_LAYERS, &Size::Depth, 2,
+                CUDA_ARRAY3D_LAYERED}}) {
+        Size size = {others, others, others, CU_AD_FORMAT_UNSIGNED_INT8, 1, flags};
+        size.*field = size_t(attributeOf(attribute));
+        CUarray array = nullptr;
+        EXPECT_EQ(cuArray3DCreate(&array, &size), CUDA_SUCCESS) << attribute;
+        EXPECT_EQ(cuArrayDestroy(array), CUDA_SUCCESS);
+    }
+}
+
+// The results are those of a driver of version 13.0 with one H100.
+TEST_F(Driver, LessCommonQuestions) {
+    int value = 77;
+    EXPECT_EQ(cuDeviceGetP2PAttribute(&value, CU_DEVICE_P2P_ATTRIBUTE_ACCESS_SUPPORTED, 0, 0),
+              CUDA_ERROR_INVALID_DEVICE);
+    EXPECT_EQ(cuDeviceGetP2PAttribute(&value, CU_DEVICE_P2P_ATTRIBUTE_ACCESS_SUPPORTED, 0, 5),
+              CUDA_ERROR_INVALID_DEVICE);
+    EXPECT_EQ(cuDeviceGetP2PAttribute(nullptr, CU_DEVICE_P2P_ATTRIBUTE_ACCESS_SUPPORTED, 0, 0),
+              CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(value, 77);
+    EXPECT_EQ(cuDeviceGetExecAffinitySupport(&value, CU_EXEC_AFFINITY_TYPE_SM_COUNT, 0),
+              CUDA_SUCCESS);
+    EXPECT_EQ(value, 0);
+    EXPECT_EQ(cuCtxResetPersistingL2Cache(), CUDA_SUCCESS);
+    size_t texels = 77;
+    EXPECT_EQ(cuDeviceGetTexture1DLinearMaxWidth(&texels, CU_AD_FORMAT_FLOAT, 3, 0),
+              CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(cuDeviceGetTexture1DLinearMaxWidth(&texels, CU_AD_FORMAT_FLOAT, 1, 9),
+              CUDA_ERROR_INVALID_DEVICE);
+    EXPECT_EQ(cuDeviceGetTexture1DLinearMaxWidth(nullptr, CU_AD_FORMAT_FLOAT, 1, 0),
+              CUDA_ERROR_INVALID_VALUE);
+    EXPECT_EQ(texels, 77u);
+    EXPECT_EQ(cuDeviceGetTexture1DLinearMaxWidth(&texels, CU_AD_FORMAT_FLOAT, 4, 0), CUDA_SUCCESS);
+    EXPECT_EQ(texels, size_t(attributeOf(CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE1D_LINEAR_WIDTH)));
+}
+
 TEST_F(Driver, Contexts) {
     CUcontext second = nullptr, popped = nullptr, current = nullptr;
     ASSERT_EQ(cuCtxCreate_v2(&second, 0, 0), CUDA_SUCCESS);

@@ -52,6 +52,36 @@ TEST_F(Runtime, AnErrorOfDeviceCodeStaysAsLongAsItsContext) {
     EXPECT_EQ(cudaFree(nullptr), cudaSuccess);
 }
 
+// Older programs check the results of these calls, which have no effect on newer GPUs either. The
+// results are those of the toolkit's runtime with one H100, except for the stored setting.
+TEST_F(Runtime, SettingsOfOlderPrograms) {
+    cudaSharedMemConfig config{};
+    EXPECT_EQ(cudaDeviceSetSharedMemConfig(cudaSharedMemBankSizeEightByte), cudaSuccess);
+    EXPECT_EQ(cudaDeviceGetSharedMemConfig(&config), cudaSuccess);
+    EXPECT_EQ(cudaDeviceGetSharedMemConfig(nullptr), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaDeviceSetSharedMemConfig(cudaSharedMemConfig(9)), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaFuncSetSharedMemConfig(nullptr, cudaSharedMemBankSizeFourByte),
+              cudaErrorInvalidDeviceFunction);
+    EXPECT_EQ(cudaCtxResetPersistingL2Cache(), cudaSuccess);
+    int devices[] = {0, 7};
+    EXPECT_EQ(cudaSetValidDevices(devices, 1), cudaSuccess);
+    EXPECT_EQ(cudaSetValidDevices(nullptr, 0), cudaSuccess);
+    EXPECT_EQ(cudaSetValidDevices(devices, 2), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaSetValidDevices(devices, -1), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaSetValidDevices(nullptr, 1), cudaErrorInvalidValue);
+    EXPECT_EQ(cudaSetValidDevices(devices + 1, 1), cudaErrorInvalidDevice);
+    int value = 0;
+    EXPECT_EQ(cudaDeviceGetP2PAttribute(&value, cudaDevP2PAttrAccessSupported, 0, 0),
+              cudaErrorInvalidDevice);
+    size_t texels = 0;
+    cudaChannelFormatDesc format = cudaCreateChannelDesc(16, 16, 16, 0, cudaChannelFormatKindFloat);
+    EXPECT_EQ(cudaDeviceGetTexture1DLinearMaxWidth(&texels, &format, 0),
+              cudaErrorInvalidChannelDescriptor);
+    format = cudaCreateChannelDesc(32, 0, 0, 0, cudaChannelFormatKindFloat);
+    EXPECT_EQ(cudaDeviceGetTexture1DLinearMaxWidth(&texels, &format, 0), cudaSuccess);
+    EXPECT_EQ(texels, size_t(1) << 28);
+}
+
 TEST_F(Runtime, AResetByAnotherThreadEndsIt) {
     failDeviceCode();
     EXPECT_EQ(cudaDeviceSynchronize(), cudaErrorLaunchFailure);

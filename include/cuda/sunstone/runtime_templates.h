@@ -38,6 +38,22 @@ template <class T>
 SUNSTONE_HOST cudaError_t cudaMallocAsync(T** address, size_t bytes, cudaStream_t stream) {
     return ::cudaMallocAsync((void**)address, bytes, stream);
 }
+template <class T>
+SUNSTONE_HOST cudaError_t cudaMallocAsync(T** address, size_t bytes, cudaMemPool_t pool,
+                                          cudaStream_t stream) {
+    return ::cudaMallocFromPoolAsync((void**)address, bytes, pool, stream);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaMallocFromPoolAsync(T** address, size_t bytes, cudaMemPool_t pool,
+                                                  cudaStream_t stream) {
+    return ::cudaMallocFromPoolAsync((void**)address, bytes, pool, stream);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaStreamAttachMemAsync(cudaStream_t stream, T* address,
+                                                   size_t length = 0,
+                                                   unsigned int flags = cudaMemAttachSingle) {
+    return ::cudaStreamAttachMemAsync(stream, (void*)address, length, flags);
+}
 
 // A symbol is a variable of the program marked __device__ or __constant__.
 template <class T>
@@ -73,6 +89,50 @@ template <class T>
 SUNSTONE_HOST cudaError_t cudaGetSymbolSize(size_t* bytes, const T& symbol) {
     return ::cudaGetSymbolSize(bytes, (const void*)&symbol);
 }
+template <class T>
+SUNSTONE_HOST cudaError_t cudaGraphAddMemcpyNodeToSymbol(
+    cudaGraphNode_t* node, cudaGraph_t graph, const cudaGraphNode_t* dependencies, size_t count,
+    const T& symbol, const void* src, size_t bytes, size_t offset, enum cudaMemcpyKind kind) {
+    return ::cudaGraphAddMemcpyNodeToSymbol(node, graph, dependencies, count, (const void*)&symbol,
+                                            src, bytes, offset, kind);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaGraphAddMemcpyNodeFromSymbol(
+    cudaGraphNode_t* node, cudaGraph_t graph, const cudaGraphNode_t* dependencies, size_t count,
+    void* dst, const T& symbol, size_t bytes, size_t offset, enum cudaMemcpyKind kind) {
+    return ::cudaGraphAddMemcpyNodeFromSymbol(node, graph, dependencies, count, dst,
+                                              (const void*)&symbol, bytes, offset, kind);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaGraphMemcpyNodeSetParamsToSymbol(cudaGraphNode_t node,
+                                                               const T& symbol, const void* src,
+                                                               size_t bytes, size_t offset,
+                                                               enum cudaMemcpyKind kind) {
+    return ::cudaGraphMemcpyNodeSetParamsToSymbol(node, (const void*)&symbol, src, bytes, offset,
+                                                  kind);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaGraphMemcpyNodeSetParamsFromSymbol(cudaGraphNode_t node, void* dst,
+                                                                 const T& symbol, size_t bytes,
+                                                                 size_t offset,
+                                                                 enum cudaMemcpyKind kind) {
+    return ::cudaGraphMemcpyNodeSetParamsFromSymbol(node, dst, (const void*)&symbol, bytes, offset,
+                                                    kind);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaGraphExecMemcpyNodeSetParamsToSymbol(
+    cudaGraphExec_t exec, cudaGraphNode_t node, const T& symbol, const void* src, size_t bytes,
+    size_t offset, enum cudaMemcpyKind kind) {
+    return ::cudaGraphExecMemcpyNodeSetParamsToSymbol(exec, node, (const void*)&symbol, src, bytes,
+                                                      offset, kind);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaGraphExecMemcpyNodeSetParamsFromSymbol(
+    cudaGraphExec_t exec, cudaGraphNode_t node, void* dst, const T& symbol, size_t bytes,
+    size_t offset, enum cudaMemcpyKind kind) {
+    return ::cudaGraphExecMemcpyNodeSetParamsFromSymbol(exec, node, dst, (const void*)&symbol,
+                                                        bytes, offset, kind);
+}
 
 SUNSTONE_HOST cudaError_t cudaEventCreate(cudaEvent_t* event, unsigned int flags) {
     return ::cudaEventCreateWithFlags(event, flags);
@@ -91,6 +151,10 @@ SUNSTONE_HOST cudaError_t cudaFuncSetAttribute(T* kernel, enum cudaFuncAttribute
 template <class T>
 SUNSTONE_HOST cudaError_t cudaFuncSetCacheConfig(T* kernel, enum cudaFuncCache config) {
     return ::cudaFuncSetCacheConfig((const void*)kernel, config);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaFuncSetSharedMemConfig(T* kernel, enum cudaSharedMemConfig config) {
+    return ::cudaFuncSetSharedMemConfig((const void*)kernel, config);
 }
 template <class T>
 SUNSTONE_HOST cudaError_t cudaLaunchKernel(T* kernel, dim3 gridDim, dim3 blockDim, void** args,

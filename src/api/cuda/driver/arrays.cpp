@@ -14,7 +14,7 @@ namespace sunstone::api::cuda {
 
 namespace {
 
-constexpr size_t kMaxWidth = 131072, kMaxDepth = 16384, kMaxLayers = 2048;
+constexpr size_t kMaxWidth = 131072, kMaxDepth = 32768, kMaxLayers = 2048;
 
 HandleTable<MipmapHandle>& mipmaps();
 

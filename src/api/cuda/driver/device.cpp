@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The one device: the host processor. Attributes by which programs size their work are those of a
 // mid-sized GPU of compute capability 7.5; attributes of memory are the machine's own.
+#include "api/cuda/driver/image_limits.h"
 #include "api/cuda/driver/shell.h"
 #include "api/cuda/driver/visible_devices.h"
 
@@ -62,6 +63,7 @@ constexpr CUdevice_attribute kAvailable[] = {
     CU_DEVICE_ATTRIBUTE_INTEGRATED, // shares memory with the host
     CU_DEVICE_ATTRIBUTE_CAN_MAP_HOST_MEMORY,
     CU_DEVICE_ATTRIBUTE_CONCURRENT_KERNELS,
+    CU_DEVICE_ATTRIBUTE_CAN_TEX2D_GATHER,
     CU_DEVICE_ATTRIBUTE_UNIFIED_ADDRESSING,
     CU_DEVICE_ATTRIBUTE_STREAM_PRIORITIES_SUPPORTED,
     CU_DEVICE_ATTRIBUTE_GLOBAL_L1_CACHE_SUPPORTED,
@@ -97,10 +99,12 @@ bool attributeValue(int attribute, int& value) {
     else if (std::find(std::begin(kAvailable), std::end(kAvailable), attribute) !=
              std::end(kAvailable))
         value = 1;
-    else
-        for (const Attribute& each : kAttributes)
-            if (each.name == attribute)
-                value = each.value;
+    for (const Attribute& each : kAttributes)
+        if (each.name == attribute)
+            value = each.value;
+    for (const ImageLimit& each : kImageLimits)
+        if (each.attribute == attribute)
+            value = each.value;
     return true;
 }
 

@@ -2,6 +2,8 @@
 // Texture and surface objects. Their descriptions are stored for queries.
 #include "api/cuda/driver/textures.h"
 
+#include "api/cuda/driver/image_limits.h"
+
 #include <algorithm>
 #include <map>
 #include <mutex>
@@ -70,7 +72,7 @@ void useLinear(texture::Texture& texture, const CUDA_RESOURCE_DESC& resource) {
     texture.format = formatOf(linear.format, linear.numChannels);
     require(!texture.format.isBlock(), "linear memory cannot hold blocks");
     const size_t element = texture.format.elementBytes();
-    require(linear.sizeInBytes / element >= 1 && linear.sizeInBytes / element <= 1u << 28,
+    require(linear.sizeInBytes / element >= 1 && linear.sizeInBytes / element <= kMaxLinearTexels,
             "linear memory must hold 1 to 2^28 texels");
     requireMemory(linear.devPtr, linear.sizeInBytes, element);
     texture.linearMemory = true;

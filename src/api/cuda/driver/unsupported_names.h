@@ -29,20 +29,16 @@
     X(cuCtxGetDevResource) \
     X(cuCtxGetExecAffinity) \
     X(cuCtxRecordEvent) \
-    X(cuCtxResetPersistingL2Cache) \
     X(cuCtxWaitEvent) \
     X(cuDestroyExternalMemory) \
     X(cuDestroyExternalSemaphore) \
     X(cuDevResourceGenerateDesc) \
     X(cuDevSmResourceSplitByCount) \
     X(cuDeviceGetDevResource) \
-    X(cuDeviceGetExecAffinitySupport) \
     X(cuDeviceGetGraphMemAttribute) \
     X(cuDeviceGetHostAtomicCapabilities) \
     X(cuDeviceGetNvSciSyncAttributes) \
     X(cuDeviceGetP2PAtomicCapabilities) \
-    X(cuDeviceGetP2PAttribute) \
-    X(cuDeviceGetTexture1DLinearMaxWidth) \
     X(cuDeviceGraphMemTrim) \
     X(cuDeviceRegisterAsyncNotification) \
     X(cuDeviceSetGraphMemAttribute) \

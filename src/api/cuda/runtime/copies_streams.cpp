@@ -73,27 +73,13 @@ cudaError_t copy3D(const cudaMemcpy3DParms* parms, cudaStream_t stream, bool wai
     });
 }
 
-// The address of [offset, offset + bytes) in a variable.
-cudaError_t inSymbol(const void* symbol, size_t bytes, size_t offset, void** address) {
-    if (cudaError_t error = ensureContext())
-        return remember(error);
-    CUdeviceptr base = 0;
-    size_t size = 0;
-    if (cudaError_t error = findVariable(symbol, &base, &size))
-        return remember(error);
-    if (offset > size || bytes > size - offset)
-        return remember(cudaErrorInvalidValue);
-    *address = reinterpret_cast<void*>(base + offset);
-    return cudaSuccess;
-}
-
 cudaError_t toSymbol(const void* symbol, const void* src, size_t bytes, size_t offset,
                      cudaMemcpyKind kind, cudaStream_t stream, bool wait) {
     void* address = nullptr;
     if (kind != cudaMemcpyHostToDevice && kind != cudaMemcpyDeviceToDevice &&
         kind != cudaMemcpyDefault)
         return remember(cudaErrorInvalidMemcpyDirection);
-    if (cudaError_t error = inSymbol(symbol, bytes, offset, &address))
+    if (cudaError_t error = findInVariable(symbol, bytes, offset, &address))
         return error;
     return copyLinear(address, src, bytes, kind, stream, wait);
 }
@@ -103,7 +89,7 @@ cudaError_t fromSymbol(void* dst, const void* symbol, size_t bytes, size_t offse
     if (kind != cudaMemcpyDeviceToHost && kind != cudaMemcpyDeviceToDevice &&
         kind != cudaMemcpyDefault)
         return remember(cudaErrorInvalidMemcpyDirection);
-    if (cudaError_t error = inSymbol(symbol, bytes, offset, &address))
+    if (cudaError_t error = findInVariable(symbol, bytes, offset, &address))
         return error;
     return copyLinear(dst, address, bytes, kind, stream, wait);
 }

@@ -34,6 +34,7 @@ Driver openDriver() {
 }
 
 std::atomic<bool> isChild{false};
+std::atomic<int> firstDevice{0};
 
 } // namespace
 
@@ -52,6 +53,10 @@ bool isForkedChild() {
     return isChild;
 }
 
+void setFirstDevice(int device) {
+    firstDevice = device;
+}
+
 cudaError_t ensureContext() {
     const Driver& d = driver();
     if (d.status != cudaSuccess)
@@ -62,10 +67,10 @@ cudaError_t ensureContext() {
     // One reference for the process suffices; a reset releases it, and the next call retains again.
     unsigned flags = 0;
     int active = 0;
-    CUresult result = d.cuDevicePrimaryCtxGetState(0, &flags, &active);
+    CUresult result = d.cuDevicePrimaryCtxGetState(firstDevice, &flags, &active);
     (void)active;
     if (!result)
-        result = d.cuDevicePrimaryCtxRetain(&current, 0);
+        result = d.cuDevicePrimaryCtxRetain(&current, firstDevice);
     if (!result)
         result = d.cuCtxSetCurrent(current);
     return fromDriver(result);

@@ -6,12 +6,6 @@
 
 namespace sunstone::cudart {
 
-// Calls a driver function that older drivers may not have.
-template <class Function, class... Args>
-cudaError_t present(Function function, Args... args) {
-    return function ? fromDriver(function(args...)) : cudaErrorCallRequiresNewerDriver;
-}
-
 // An entry point that passes its arguments to the driver function that `select` picks.
 template <class Select, class... Args>
 cudaError_t graphCall(Select&& select, Args... args) {

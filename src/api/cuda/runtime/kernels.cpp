@@ -137,6 +137,14 @@ SUNSTONE_CUDART cudaError_t cudaFuncSetCacheConfig(const void* function,
         return d.cuFuncSetCacheConfig(found, static_cast<CUfunc_cache>(config));
     });
 }
+SUNSTONE_CUDART cudaError_t cudaFuncSetSharedMemConfig(const void* function,
+                                                       enum cudaSharedMemConfig config) {
+    return withFunction(function, [&](const Driver& d, CUfunction found) {
+        return d.cuFuncSetSharedMemConfig
+                   ? d.cuFuncSetSharedMemConfig(found, static_cast<CUsharedconfig>(config))
+                   : CUDA_ERROR_NOT_SUPPORTED;
+    });
+}
 SUNSTONE_CUDART cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(
     int* blocks, const void* function, int blockSize, size_t sharedBytes, unsigned int flags) {
     return withFunction(function, [&](const Driver& d, CUfunction found) {

@@ -378,6 +378,18 @@ SUNSTONE_CUDART cudaError_t cudaGetFuncBySymbol(cudaFunction_t* function, const 
         return function ? findFunction(symbol, function) : cudaErrorInvalidValue;
     });
 }
+cudaError_t sunstone::cudart::findInVariable(const void* symbol, size_t bytes, size_t offset,
+                                             void** address) {
+    CUdeviceptr base = 0;
+    size_t size = 0;
+    cudaError_t error = ensureContext();
+    if (!error)
+        error = findVariable(symbol, &base, &size);
+    if (!error && (offset > size || bytes > size - offset))
+        error = cudaErrorInvalidValue;
+    *address = error ? nullptr : reinterpret_cast<void*>(base + offset);
+    return remember(error);
+}
 SUNSTONE_CUDART cudaError_t cudaGetSymbolAddress(void** address, const void* symbol) {
     return call([&](const Driver&) {
         CUdeviceptr where = 0;

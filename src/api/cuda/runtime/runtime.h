@@ -65,6 +65,12 @@ namespace sunstone::cudart {
 // Functions that older drivers lack; null then.
 #define SUNSTONE_OPTIONAL_DRIVER_FUNCTIONS(X) \
     X(cuTexObjectGetResourceViewDesc) \
+    X(cuCtxGetSharedMemConfig) \
+    X(cuCtxResetPersistingL2Cache) \
+    X(cuCtxSetSharedMemConfig) \
+    X(cuDeviceGetP2PAttribute) \
+    X(cuDeviceGetTexture1DLinearMaxWidth) \
+    X(cuFuncSetSharedMemConfig) \
     X(cuLibraryLoadData) \
     X(cuLibraryLoadFromFile) \
     X(cuLibraryUnload) \
@@ -133,7 +139,10 @@ namespace sunstone::cudart {
     X(cuGraphHostNodeSetParams) \
     X(cuGraphInstantiateWithFlags) \
     X(cuGraphInstantiateWithParams) \
+    X(cuGraphKernelNodeCopyAttributes) \
+    X(cuGraphKernelNodeGetAttribute) \
     X(cuGraphKernelNodeGetParams) \
+    X(cuGraphKernelNodeSetAttribute) \
     X(cuGraphKernelNodeSetParams) \
     X(cuGraphLaunch) \
     X(cuGraphMemcpyNodeSetParams) \
@@ -173,10 +182,17 @@ const Driver& driver();
 // refuses all its calls, and another thread of the parent may have held our locks.
 bool isForkedChild();
 
-// Makes the device's primary context current on this thread if none is.
+// The device of threads that have chosen none.
+void setFirstDevice(int device);
+// Makes the first device's primary context current on this thread if none is.
 cudaError_t ensureContext();
 
 cudaError_t fromDriver(CUresult result);
+// Calls a driver function that older drivers may not have.
+template <class Function, class... Args>
+cudaError_t present(Function function, Args... args) {
+    return function ? fromDriver(function(args...)) : cudaErrorCallRequiresNewerDriver;
+}
 // Stores an error for cudaGetLastError and returns it.
 cudaError_t remember(cudaError_t error);
 // Called after the device has been reset.
@@ -216,6 +232,8 @@ bool isLibraryKernel(const void* symbol, CUkernel* kernel);
 // The host stub of a function found before; null for other functions.
 const void* symbolOf(CUfunction function);
 cudaError_t findVariable(const void* symbol, CUdeviceptr* address, size_t* size);
+// The address of [offset, offset + bytes) in a variable.
+cudaError_t findInVariable(const void* symbol, size_t bytes, size_t offset, void** address);
 // Forgets loaded modules, after their context was destroyed.
 void forgetModules();
 

@@ -8,7 +8,6 @@
     X(cudaArrayGetMemoryRequirements) \
     X(cudaArrayGetPlane) \
     X(cudaArrayGetSparseProperties) \
-    X(cudaCtxResetPersistingL2Cache) \
     X(cudaDestroyExternalMemory) \
     X(cudaDestroyExternalSemaphore) \
     X(cudaDeviceFlushGPUDirectRDMAWrites) \
@@ -16,13 +15,9 @@
     X(cudaDeviceGetHostAtomicCapabilities) \
     X(cudaDeviceGetNvSciSyncAttributes) \
     X(cudaDeviceGetP2PAtomicCapabilities) \
-    X(cudaDeviceGetP2PAttribute) \
-    X(cudaDeviceGetSharedMemConfig) \
-    X(cudaDeviceGetTexture1DLinearMaxWidth) \
     X(cudaDeviceGraphMemTrim) \
     X(cudaDeviceRegisterAsyncNotification) \
     X(cudaDeviceSetGraphMemAttribute) \
-    X(cudaDeviceSetSharedMemConfig) \
     X(cudaDeviceUnregisterAsyncNotification) \
     X(cudaEGLStreamConsumerAcquireFrame) \
     X(cudaEGLStreamConsumerConnect) \
@@ -36,7 +31,6 @@
     X(cudaEventCreateFromEGLSync) \
     X(cudaExternalMemoryGetMappedBuffer) \
     X(cudaExternalMemoryGetMappedMipmappedArray) \
-    X(cudaFuncSetSharedMemConfig) \
     X(cudaGLGetDevices) \
     X(cudaGLMapBufferObject) \
     X(cudaGLMapBufferObjectAsync) \
@@ -51,10 +45,7 @@
     X(cudaGraphAddExternalSemaphoresWaitNode) \
     X(cudaGraphAddMemAllocNode) \
     X(cudaGraphAddMemFreeNode) \
-    X(cudaGraphAddMemcpyNodeFromSymbol) \
-    X(cudaGraphAddMemcpyNodeToSymbol) \
     X(cudaGraphConditionalHandleCreate) \
-    X(cudaGraphDebugDotPrint) \
     X(cudaGraphEventRecordNodeSetEvent) \
     X(cudaGraphEventWaitNodeSetEvent) \
     X(cudaGraphExecChildGraphNodeSetParams) \
@@ -62,20 +53,13 @@
     X(cudaGraphExecEventWaitNodeSetEvent) \
     X(cudaGraphExecExternalSemaphoresSignalNodeSetParams) \
     X(cudaGraphExecExternalSemaphoresWaitNodeSetParams) \
-    X(cudaGraphExecMemcpyNodeSetParamsFromSymbol) \
-    X(cudaGraphExecMemcpyNodeSetParamsToSymbol) \
     X(cudaGraphExternalSemaphoresSignalNodeGetParams) \
     X(cudaGraphExternalSemaphoresSignalNodeSetParams) \
     X(cudaGraphExternalSemaphoresWaitNodeGetParams) \
     X(cudaGraphExternalSemaphoresWaitNodeSetParams) \
-    X(cudaGraphKernelNodeCopyAttributes) \
-    X(cudaGraphKernelNodeGetAttribute) \
-    X(cudaGraphKernelNodeSetAttribute) \
     X(cudaGraphMemAllocNodeGetParams) \
     X(cudaGraphMemFreeNodeGetParams) \
     X(cudaGraphMemcpyNodeGetParams) \
-    X(cudaGraphMemcpyNodeSetParamsFromSymbol) \
-    X(cudaGraphMemcpyNodeSetParamsToSymbol) \
     X(cudaGraphicsEGLRegisterImage) \
     X(cudaGraphicsGLRegisterBuffer) \
     X(cudaGraphicsGLRegisterImage) \
@@ -122,7 +106,6 @@
     X(cudaMipmappedArrayGetSparseProperties) \
     X(cudaOccupancyMaxActiveClusters) \
     X(cudaOccupancyMaxPotentialClusterSize) \
-    X(cudaSetValidDevices) \
     X(cudaSignalExternalSemaphoresAsync) \
     X(cudaSignalExternalSemaphoresAsync_ptsz) \
     X(cudaVDPAUGetDevice) \
