@@ -57,8 +57,9 @@ bool isAllowed(uint64_t address, const devlib::AccessPlace& place, const Scene& 
     if (inAllocation(address, bytes, place.kind != devlib::kAccessLoad) || compiler::inDeviceData(pointer, bytes))
         return true;
     // The launch's constant parameters may be addressed as global memory.
-    if (scene.params.holds(address, bytes) && place.kind == devlib::kAccessLoad)
-        return true;
+    for (const Range& range : {scene.params, scene.launchIndex, scene.launchDimensions})
+        if (range.holds(address, bytes) && place.kind == devlib::kAccessLoad)
+            return true;
     static const bool hostAllowed = checks("host");
     return hostAllowed && cpu::isMapped(pointer, bytes) && !isFreed(address) &&
            !cpu::memory().find(pointer);

@@ -32,6 +32,8 @@ struct Scene {
     const char* kernel = nullptr;           // null: programs of a ray tracing pipeline
     uint32_t block[3] = {}, thread[3] = {}; // pipelines: `thread` is the launch index
     Range shared, params, stack;
+    // Programs of the classic API read both as variables, which have an address.
+    Range launchIndex, launchDimensions;
 };
 
 enum class Fault { kNone, kAddress, kAlignment, kShared };

@@ -71,6 +71,8 @@ public:
     virtual std::string variableIntrinsic(const ptx::Module&, const ptx::Variable&) const {
         return {};
     }
+    // Whether such variables may be in the thread's own memory: code addresses it as global.
+    virtual bool hasGlobalsOnStack() const { return false; }
 
     // Whether functions that reach an intrinsic may call themselves. They stay functions, which
     // markIntrinsicUsers marks with kRecursive.

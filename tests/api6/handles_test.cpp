@@ -239,6 +239,25 @@ TEST_F(Handles, NullInPlaceOfOtherPointersIsRefused) {
     EXPECT_GT(tried, 300u);
 }
 
+// The context of a dead object is not known: the text is not that of an earlier failure.
+TEST_F(Handles, TextsOfDeadObjects) {
+    RTbuffer buffer = nullptr;
+    ASSERT_EQ(rtBufferCreate(world_.context, RT_BUFFER_INPUT, &buffer), RT_SUCCESS);
+    EXPECT_EQ(rtBufferSetSize2D(buffer, 0, 1), RT_ERROR_INVALID_VALUE);
+    ASSERT_EQ(rtBufferDestroy(buffer), RT_SUCCESS);
+    EXPECT_EQ(rtBufferUnmap(buffer), RT_ERROR_INVALID_VALUE);
+    const auto text = [&] {
+        const char* found = nullptr;
+        rtContextGetErrorString(world_.context, RT_ERROR_INVALID_VALUE, &found);
+        return std::string(found);
+    };
+    RTcontext none = nullptr; // which OptiXpp wants to know
+    EXPECT_EQ(rtBufferGetContext(buffer, &none), RT_ERROR_INVALID_VALUE);
+    EXPECT_NE(text().find("rtBufferUnmap"), std::string::npos) << text();
+    EXPECT_EQ(rtContextSetMaxTraceDepth(world_.context, 99), RT_ERROR_INVALID_VALUE);
+    EXPECT_NE(text().find("rtContextSetMaxTraceDepth"), std::string::npos) << text();
+}
+
 // The child of a fork has none of the threads on which the parent's objects depend.
 TEST_F(Handles, EveryFunctionFailsInAForkedChild) {
     const auto othersInChild = [&] {

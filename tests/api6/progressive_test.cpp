@@ -227,6 +227,18 @@ TEST_F(Progressive, NothingArrivesAfterAStop) {
     ok(rtContextStopProgressive(context_)); // without a launch
 }
 
+TEST_F(Progressive, ResizedStreamsHaveNoPicture) {
+    ok(start(3));
+    EXPECT_EQ(waitFor(2), 3u); // of which the test takes no later picture
+    ok(start(2));
+    ok(rtBufferSetSize2D(stream_, kHeight, kWidth));
+    EXPECT_FALSE(isReady());
+    ok(rtBufferSetSize2D(stream_, kWidth, kHeight));
+    ok(start(1));
+    EXPECT_EQ(waitFor(1), 1u);
+    EXPECT_EQ(pixels(stream_)[0][3], 255);
+}
+
 TEST_F(Progressive, ALaunchThatIsDoneIsNotMadeAgain) {
     ok(start(2));
     EXPECT_EQ(waitFor(2), 2u);

@@ -166,6 +166,39 @@ RT_PROGRAM void note_code() {
     result[2] = float(rtGetExceptionCode());
 }
 
+// A payload, an attribute and the launch, reached by numbers that the compiler does not know.
+struct Steps {
+    float taken[8];
+    int count;
+};
+rtDeclareVariable(Steps, steps, rtRayPayload, );
+rtDeclareVariable(Steps, marks, attribute marks, );
+rtDeclareVariable(uint2, launch_size, rtLaunchDim, );
+rtDeclareVariable(uint2, launch_place, rtLaunchIndex, );
+RT_PROGRAM void take_steps() {
+    const int unknown = int(result[1]), width = int((&launch_size.x)[unknown]);
+    if ((&launch_place.x)[unknown] != 0)
+        return; // the memory checker has seen what other threads read
+    Steps mine;
+    for (int i = 0; i < 8; ++i)
+        mine.taken[i] = 0;
+    mine.count = int(result[0]) + width - 50000;
+    rtTrace(top_object,
+            make_Ray(make_float3(0.25f, 0.25f, 10), make_float3(0, 0, -1), 0, 0.0f, 100.0f), mine);
+    result[0] = mine.taken[mine.count];
+}
+RT_PROGRAM void marked_square(int primitive) {
+    if (!rtPotentialIntersection(1))
+        return;
+    for (int i = 0; i < 8; ++i)
+        marks.taken[(i + steps.count) % 8] = float(i);
+    marks.count = 3 + primitive;
+    rtReportIntersection(0);
+}
+RT_PROGRAM void step_closest() {
+    steps.taken[steps.count] += marks.taken[(steps.count + marks.count) % 8];
+}
+
 // A function that no text defines.
 extern "C" __device__ float missing_function(float);
 RT_PROGRAM void calls_missing() {

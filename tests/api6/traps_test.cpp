@@ -2,6 +2,11 @@
 // What existing programs rely on, beyond the sentences of the manual.
 #include "rays.h"
 
+#include <malloc.h>
+
+#include <algorithm>
+#include <sstream>
+
 namespace sunstone::api6 {
 namespace {
 
@@ -78,6 +83,23 @@ TEST_F(Traps, ThousandsOfProgramsOfOneText) {
     EXPECT_EQ(shoot(group(children))[0], 300);
 }
 
+// An editor of programs has a new text for each change.
+TEST_F(Traps, TextsOfDestroyedProgramsAreFreed) {
+    const auto edit = [&](int first, int last) { // the most memory meanwhile
+        size_t most = 0;
+        for (int i = first; i < last; ++i) {
+            const std::string text = ptx("traps.ptx") + "// edit " + std::to_string(i) + "\n";
+            RTprogram made = nullptr;
+            ok(rtProgramCreateFromPTXString(context_, text.c_str(), "note_all", &made));
+            ok(rtProgramDestroy(made));
+            most = std::max(most, mallinfo2().uordblks + mallinfo2().hblkhd);
+        }
+        return most;
+    };
+    const size_t before = edit(0, 100);
+    EXPECT_LT(edit(100, 400), before + before / 2);
+}
+
 TEST_F(Traps, RaysFiftyLevelsDeep) {
     ok(rtContextSetStackSize(context_, 3000));
     RTmaterial deep = paint("deeper", nullptr);
@@ -115,6 +137,19 @@ TEST_F(Traps, ScopesOfHitProgramsAndShapes) {
     setFloat(any, rtProgramDeclareVariable, "number", 6);
     setFloat(intersection, rtProgramDeclareVariable, "number", 7);
     expectNumbers(5, 6, 7);
+}
+
+// OptiXpp declares a variable where an application only looks for its value.
+TEST_F(Traps, VariablesWithoutAValueHideNone) {
+    RTmaterial each = paint("note_closest", "note_any");
+    RTgeometryinstance child = instance(shape(1), {each});
+    RTgeometrygroup top = group({child});
+    ok(rtVariableSet1f(variable("number"), 1));
+    RTvariable inner = nullptr;
+    ok(rtGeometryInstanceDeclareVariable(child, "number", &inner));
+    EXPECT_EQ(shoot(top)[1], 1);
+    ok(rtVariableSet1f(inner, 2));
+    EXPECT_EQ(shoot(top)[1], 2);
 }
 
 TEST_F(Traps, ScopesOfBoundsPrograms) {
@@ -275,6 +310,45 @@ TEST_F(Traps, SeveralMaterialsNeedMaterialIndices) {
     ok(rtVariableSetObject(variable("top_object"), top));
     fails(RT_ERROR_INVALID_CONTEXT, rtContextValidate(context_), "material indices");
     fails(RT_ERROR_INVALID_CONTEXT, rtContextLaunch1D(context_, 0, 1), "material indices");
+}
+
+TEST_F(Traps, FaultsOfSamplersNameThem) {
+    RTtexturesampler made = nullptr;
+    RTbuffer empty = nullptr;
+    int id = 0;
+    ok(rtTextureSamplerCreate(context_, &made));
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &empty));
+    ok(rtTextureSamplerSetBuffer(made, 0, 0, empty));
+    ok(rtTextureSamplerGetId(made, &id));
+    ok(rtVariableSetObject(variable("top_object"), group({})));
+    std::ostringstream name;
+    name << "texture sampler " << static_cast<const void*>(made) << ": the buffer has no format";
+    fails(RT_ERROR_INVALID_CONTEXT, rtContextValidate(context_), name.str());
+}
+
+// The memory checker runs this test, too.
+TEST_F(Traps, VariablesAreIndexed) {
+    RTgeometry geometry = shape(1);
+    ok(rtGeometrySetIntersectionProgram(geometry, trap("marked_square")));
+    enter("take_steps");
+    std::vector<float> start(64, 0);
+    start[0] = 6;
+    fill(result_, start);
+    EXPECT_EQ(shoot(group({instance(geometry, {paint("step_closest", nullptr)})}), 50000)[0], 3);
+}
+
+// Of an empty text, nvcc and clang leave what looks like a buffer.
+TEST_F(Traps, TextsAreNoBuffers) {
+    for (const char* name : {"_$_str", "$str$1"}) {
+        const std::string text =
+            ".version 6.0\n.target sm_60\n.address_size 64\n.global .align 1 .b8 " +
+            std::string(name) + "[1];\n.visible .entry words()\n{\n.reg .b64 %rd<3>;\n" +
+            "mov.u64 %rd1, " + name + ";\nadd.s64 %rd2, %rd1, 1;\nret;\n}\n";
+        RTprogram made = nullptr;
+        ok(rtProgramCreateFromPTXString(context_, text.c_str(), "words", &made));
+        ok(rtContextSetRayGenerationProgram(context_, 0, made));
+        ok(rtContextLaunch1D(context_, 0, 1));
+    }
 }
 
 // PTX as compilers write it: a structure is loaded by vectors that cross its members, symbols are

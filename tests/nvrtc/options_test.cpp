@@ -82,4 +82,16 @@ TEST(NvrtcOptions, FormsOfValues) {
     EXPECT_TRUE(options.isReal);
 }
 
+// Applications of OptiX 4 to 6 name the lowest target of their time.
+TEST(NvrtcOptions, ArchitecturesOfOldReleases) {
+    for (const char* old : {"compute_20", "compute_30", "sm_35"}) {
+        const Options options = parseOptions({"-arch", old}, 75);
+        EXPECT_TRUE(options.errors.empty()) << old;
+        EXPECT_EQ(options.architecture, 50) << old;
+        ASSERT_EQ(options.remarks.size(), 1u);
+        EXPECT_NE(options.remarks[0].find(old), std::string::npos) << options.remarks[0];
+    }
+    EXPECT_FALSE(parseOptions({"-arch=compute_13"}, 75).errors.empty());
+}
+
 } // namespace

@@ -121,6 +121,38 @@ TEST(Optixu, StringsBecomePtx) {
     EXPECT_EQ(rtuCUDAGetCompileResult(nullptr, nullptr), RT_SUCCESS);
 }
 
+// The functions are of a time when nvcc was the compiler.
+TEST(Optixu, OptionsAreThoseOfNvcc) {
+    const char* arguments[] = {kInclude,
+                               "-D",
+                               "FACTOR=2.0f",
+                               "-arch=sm_30",
+                               "--gpu-architecture",
+                               "compute_50",
+                               "-m64",
+                               "-ptx",
+                               "-lineinfo",
+                               "-rdc=true",
+                               "--use_fast_math",
+                               "-Xptxas",
+                               "-v",
+                               "-G",
+                               "-std=c++11",
+                               "-gencode",
+                               "arch=compute_30,code=sm_30",
+                               "-maxrregcount=32"};
+    Sizes sizes;
+    ASSERT_EQ(
+        rtuCUDACompileString(kSource, arguments, std::size(arguments), &sizes.result, &sizes.error),
+        RT_SUCCESS)
+        << texts(sizes).second;
+    EXPECT_NE(texts(sizes).first.find(".entry run"), std::string::npos);
+    const char* wrong[] = {kInclude, "-DFACTOR=2.0f", "--no-such-option"};
+    EXPECT_EQ(rtuCUDACompileString(kSource, wrong, 3, &sizes.result, &sizes.error),
+              RT_ERROR_INVALID_SOURCE);
+    EXPECT_NE(texts(sizes).second.find("no-such-option"), std::string::npos);
+}
+
 TEST(Optixu, WrongSourcesHaveMessages) {
     const char* arguments[] = {kInclude};
     Sizes sizes;

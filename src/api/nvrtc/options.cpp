@@ -62,11 +62,11 @@ bool setArchitecture(Options& options, const std::string& value) {
     int number = 0;
     const auto [end, error] = std::from_chars(first, last, number);
     const bool hasSuffix = end + 1 == last && (*end == 'a' || *end == 'f');
-    if (error != std::errc() || (end != last && !hasSuffix) || number < architectures().front() ||
-        number > 129)
+    // Older releases took 20 and 30, which applications of their time name.
+    if (error != std::errc() || (end != last && !hasSuffix) || number < 20 || number > 129)
         return false;
-    const int known =
-        *(std::upper_bound(architectures().begin(), architectures().end(), number) - 1);
+    const auto above = std::upper_bound(architectures().begin(), architectures().end(), number);
+    const int known = above == architectures().begin() ? *above : *(above - 1);
     if (known != number)
         options.remarks.push_back(message("nvrtc: remark: clang does not know ", value,
                                           "; the PTX is for compute_", known));

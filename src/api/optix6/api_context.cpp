@@ -52,12 +52,17 @@ SUNSTONE_API void rtContextGetErrorString(RTcontext handle, RTresult code, const
             *text = kForkedChildText;
         return;
     }
+    if (code == RT_SUCCESS)
+        return;
+    const auto isOf = [&](const std::string& failure) { return failure.starts_with(textOf(code)); };
+    if (isOf(failureWithoutContext()))
+        *text = failureWithoutContext().c_str();
     const std::shared_ptr<Object> found = handle ? objects().find(handle) : nullptr;
-    if (!found || found->kind != Kind::kContext || code == RT_SUCCESS)
+    if (!found || found->kind != Kind::kContext)
         return;
     auto& context = static_cast<Context&>(*found);
     const auto lock = enter(context);
-    if (context.lastError.rfind(textOf(code), 0) == 0)
+    if (isOf(context.lastError) && !isOf(failureWithoutContext()))
         *text = context.keep(context.lastError);
 }
 

@@ -59,10 +59,14 @@ std::string mismatch(const DeviceVariable& wanted, const Variable& given) {
 
 std::shared_ptr<Variable> Scene::resolve(const DeviceVariable& wanted, const ProgramCode& code,
                                          const Scopes& scopes) const {
+    // Variables that never had a value hide none: OptiXpp declares what an application looks for.
     std::shared_ptr<Variable> found;
-    for (const Scope* scope : scopes)
-        if ((found = scope->find(wanted.name)))
+    for (const Scope* scope : scopes) {
+        if (const auto declared = scope->find(wanted.name))
+            found = declared;
+        if (found && found->type != RT_OBJECTTYPE_UNKNOWN)
             break;
+    }
     const bool isUnset = !found || (found->type == RT_OBJECTTYPE_UNKNOWN) ||
                          (found->bytes.empty() && found->object.expired());
     if (isUnset && wanted.declaration->hasInitializer)
@@ -122,12 +126,13 @@ const void* Scene::block(const Program& program, Scopes scopes) {
         key.push_back(reinterpret_cast<Variable*>(blocks_.size() + 1));
     std::unique_ptr<Block>& entry = blocks_[{&code, key}];
     if (entry)
-        return entry->memory.get();
+        return entry->memory;
     entry = std::make_unique<Block>();
     Block& block = *entry;
     block.code = program.code;
     block.found = std::move(found);
-    block.memory = SharedMemory(context_.engine->backend, std::max(64u, code.variables.blockBytes));
+    block.memory =
+        blockMemory_.take(context_.engine->backend, std::max(64u, code.variables.blockBytes));
     for (uint32_t i = 0; i < block.found.size(); ++i) {
         const DeviceVariable& wanted = code.variables.list[i];
         if (!wanted.isScoped())
@@ -143,7 +148,7 @@ const void* Scene::block(const Program& program, Scopes scopes) {
             block.write(i);
         }
     }
-    return block.memory.get();
+    return block.memory;
 }
 
 // The number that a call of the program by a variable has. Its variables are looked for in its own

@@ -158,6 +158,8 @@ void Buffer::allocate() {
     copies_.clear();
     copies_.resize(mipLevels);
     storage_ = {};
+    if (stream)
+        stream->clear();
     noteChange();
     const uint64_t size = bytes();
     if (adopted_ && !context()->engine->device->isAccessible(adopted_, size)) {

@@ -431,8 +431,26 @@ Context::linkTexts(const std::vector<std::shared_ptr<ModuleText>>& texts) {
     return entry = loadText(whole);
 }
 
+// Texts without programs stay for applications that create the same programs again. An application
+// that edits its programs has a new text each time, so there is a limit.
+void Context::dropUnusedTexts() {
+    constexpr size_t kLeast = 64;
+    if (texts_.size() < std::max(kLeast, mostTexts_))
+        return;
+    const auto isUsed = [](const ModuleText& text) {
+        return std::any_of(text.programs.begin(), text.programs.end(),
+                           [](const auto& program) { return program.second.use_count() > 1; });
+    };
+    std::erase_if(linked_, [&](const auto& entry) { return !isUsed(*entry.second); });
+    std::erase_if(texts_, [&](const auto& entry) {
+        return entry.second.use_count() == 1 && !isUsed(*entry.second);
+    });
+    mostTexts_ = 2 * texts_.size();
+}
+
 std::shared_ptr<ProgramCode> Context::load(const std::vector<std::string>& texts,
                                            const std::string& name) {
+    dropUnusedTexts();
     std::vector<std::shared_ptr<ModuleText>> all;
     for (const std::string& text : texts)
         all.push_back(loadText(text));

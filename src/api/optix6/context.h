@@ -110,6 +110,7 @@ public:
 private:
     std::shared_ptr<ModuleText> loadText(const std::string& text);
     std::shared_ptr<ModuleText> linkTexts(const std::vector<std::shared_ptr<ModuleText>>& texts);
+    void dropUnusedTexts();
     static std::shared_ptr<ProgramCode> codeOf(ModuleText& text, const ptx::Function& function);
     uint32_t attributePlace(const std::string& name, uint32_t bytes);
     void useBackend(std::shared_ptr<engine::Backend> backend, int ordinal);
@@ -118,6 +119,7 @@ private:
     mutable std::mutex mutex_;
     std::map<std::string, std::shared_ptr<ModuleText>> texts_; // by digest
     std::map<std::vector<std::shared_ptr<ModuleText>>, std::shared_ptr<ModuleText>> linked_;
+    size_t mostTexts_ = 0; // without a look for unused ones
     std::string returned_;
     struct Report {
         int level;
@@ -139,6 +141,8 @@ void checkLaunch(const Context& context, unsigned entry, RTsize width, RTsize he
 void checkUnmapped(const Context& context, bool withStreams);
 
 const char* textOf(RTresult result);
+// What failed last in the calling thread, if its context is unknown: that of a dead handle.
+const std::string& failureWithoutContext();
 RTresult resultOf(Code code);
 
 } // namespace sunstone::optix6

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Results: their texts, their relation to codes of the engine, and the guard of every entry point.
 #include "api/optix6/call.h"
+#include "base/thread_object.h"
 
 namespace sunstone::optix6 {
 
@@ -112,6 +113,21 @@ RTresult resultOf(Code code) {
     }
 }
 
+namespace {
+
+std::string& lostFailure() {
+    struct Text {
+        std::string text;
+    };
+    return threadObject<Text>().text;
+}
+
+} // namespace
+
+const std::string& failureWithoutContext() {
+    return lostFailure();
+}
+
 RTresult guarded(const std::shared_ptr<Context>& context, const char* function,
                  const std::function<void()>& body) {
     if (refusesForkedChild()) // rtContextGetErrorString knows the text
@@ -139,6 +155,10 @@ RTresult guarded(const std::shared_ptr<Context>& context, const char* function,
         const std::string line =
             message(textOf(result), " (Details: Function \"", function, "\": ", cause, ")");
         log(LogLevel::kError, "optix6", line);
+        // Wrappers ask for the context of the object whose call has failed, which stays the cause.
+        const bool isQuestion = std::string_view(function).ends_with("GetContext");
+        if (!isQuestion || lostFailure().empty())
+            lostFailure() = context ? "" : line;
         if (context) {
             std::lock_guard lock(context->mutex());
             context->lastError = line;

@@ -3,8 +3,10 @@
 // blocks, and containers of records.
 #pragma once
 
+#include "base/config.h"
 #include "engine/backend.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -35,6 +37,28 @@ private:
     std::shared_ptr<engine::Backend> backend_;
     void* memory_ = nullptr;
     size_t size_ = 0;
+};
+
+// Memory of many small things that are freed together: the allocation of each would take longer
+// than all else about it. Zeros, aligned to 64 bytes.
+class SharedPool {
+public:
+    uint8_t* take(const std::shared_ptr<engine::Backend>& backend, size_t bytes) {
+        // The memory checker knows allocations alone.
+        static const size_t chunk = checks("memory") ? 0 : size_t(64) << 10;
+        bytes = (bytes + 63) / 64 * 64;
+        if (chunks_.empty() || bytes > chunks_.back().size() - used_) {
+            chunks_.emplace_back(backend, std::max(bytes, chunk));
+            used_ = 0;
+        }
+        used_ += bytes;
+        return static_cast<uint8_t*>(chunks_.back().get()) + used_ - bytes;
+    }
+    void clear() { chunks_.clear(); }
+
+private:
+    std::vector<SharedMemory> chunks_;
+    size_t used_ = 0; // bytes of the last chunk
 };
 
 // Of the standard containers.

@@ -400,6 +400,7 @@ void Scene::bind() {
             if (variable)
                 variable->users.clear();
     blocks_.clear();
+    blockMemory_.clear();
     ++bind_;
     hits_.clear();
     bounds_.clear();

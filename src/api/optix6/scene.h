@@ -21,11 +21,9 @@ namespace sunstone::optix6 {
 struct Block {
     std::shared_ptr<const ProgramCode> code;
     std::vector<std::shared_ptr<Variable>> found; // by variable of the code; null: its initialiser
-    SharedMemory memory;
+    uint8_t* memory = nullptr;                    // of the scene's pool
     void write(uint32_t index);
-    uint8_t* slot(uint32_t index) const {
-        return static_cast<uint8_t*>(memory.get()) + code->variables.list[index].slot;
-    }
+    uint8_t* slot(uint32_t index) const { return memory + code->variables.list[index].slot; }
 };
 
 // Of the structures that hold the geometry or the children of a node; null: it has none.
@@ -127,6 +125,7 @@ private:
     bool hasMotion_ = false, hasOneLevel_ = false; // of the graph
     // Variables with samplers.
     std::vector<std::pair<std::shared_ptr<Variable>, Ref<TextureSampler>>> samplers_;
+    SharedPool blockMemory_;
     std::map<std::pair<const ProgramCode*, std::vector<Variable*>>, std::unique_ptr<Block>> blocks_;
     struct BoundGroup {
         std::shared_ptr<engine::ProgramGroup> group;

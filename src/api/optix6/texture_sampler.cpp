@@ -119,7 +119,11 @@ void TextureSampler::validate() const {
 }
 
 bool TextureSampler::update() {
-    validate();
+    try {
+        validate();
+    } catch (const Failure& failure) { // one of many samplers of a launch
+        refuse(failure.result, "texture sampler ", handle(), ": ", failure.what());
+    }
     const std::shared_ptr<Buffer> source = buffer.lock();
     texture::Format format;
     textureFormat(source->format, format);

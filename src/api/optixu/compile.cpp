@@ -2,6 +2,7 @@
 // CUDA sources to PTX: by clang with the project's CUDA headers, else by nvcc. A thread keeps the
 // outcome of its latest compilation.
 #include "api/optixu/guard.h"
+#include "api/optixu/options.h"
 #include "api/optixu/process.h"
 #include "base/thread_object.h"
 
@@ -25,8 +26,10 @@ struct Compilation {
 
 // The folder of CUDA headers beside the library; empty if there is none.
 std::string cudaHeaders() {
+    // An exported function may have its address in the executable.
+    static const char ours = 0;
     Dl_info library;
-    if (!dladdr(reinterpret_cast<void*>(&rtuCUDACompileString), &library) || !library.dli_fname)
+    if (!dladdr(&ours, &library) || !library.dli_fname)
         return "";
     std::string path = library.dli_fname;
     const size_t slash = path.rfind('/');
@@ -40,7 +43,8 @@ std::vector<std::string> clangCommand(const std::string& headers,
     std::vector<std::string> command = {"clang++-19",
 #include "device_flags.inc"
                                         "-I" + headers, "-include", headers + "/cuda_runtime.h"};
-    command.insert(command.end(), arguments.begin(), arguments.end());
+    const std::vector<std::string> options = clangOptions(arguments);
+    command.insert(command.end(), options.begin(), options.end());
     command.insert(command.end(), {"-S", "-o", "-", "-"});
     return command;
 }

@@ -52,6 +52,7 @@ public:
             return {};
         return std::string(optix6::kVariablePrefix) + std::string(variable.name);
     }
+    bool hasGlobalsOnStack() const override { return true; } // payloads, attributes
     void lower(Unit& unit, const ProgramPayloads&) const override { optix6::lowerPrograms(unit); }
 };
 

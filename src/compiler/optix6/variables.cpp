@@ -104,8 +104,10 @@ VariableUse useOf(const std::string& semantic, std::string& attribute) {
     return VariableUse::kValue;
 }
 
+// Compilers name texts with a '$'; an empty one has the type of a buffer.
 bool looksLikeBuffer(const ptx::Variable& variable) {
-    return variable.space == ptx::Space::kGlobal && variable.isArray && variable.size == 1 &&
+    return variable.name.find('$') == std::string_view::npos &&
+           variable.space == ptx::Space::kGlobal && variable.isArray && variable.size == 1 &&
            variable.type == ptx::Type::kB8 && !variable.hasInitializer;
 }
 

@@ -92,6 +92,8 @@ void FunctionTranslator::mark(llvm::Instruction& access, const ptx::Operand& ope
     mark.bytes = bytes;
     mark.kind = kind;
     mark.space = spaceOf(*current_);
+    if (mark.space == devlib::kSpaceGlobal && unit_.flavor().hasGlobalsOnStack())
+        mark.space = devlib::kSpaceGeneric;
     mark.ptxLine = current_->location.line;
     mark.function = std::string(source_.name);
     mark.place = sourcePlace(unit_, facts_, *current_);

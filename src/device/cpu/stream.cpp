@@ -22,7 +22,11 @@ namespace {
 constexpr int kWorkerSpins = 2000; // pauses, some 10 to 40 microseconds
 constexpr int kWaiterSpins = 1000;
 
-void relax() {
+// Where all processors are busy, the thread that is waited for may need this one.
+void relax(int turn) {
+    constexpr int kTurns = 32; // a microsecond or so
+    if (turn % kTurns == kTurns - 1)
+        sched_yield();
 #if defined(__x86_64__)
     __builtin_ia32_pause();
 #endif
@@ -46,7 +50,7 @@ void Completion::wait() const {
     for (int i = 0; i < spins(kWaiterSpins); ++i) {
         if (done())
             return;
-        relax();
+        relax(i);
     }
     done_.wait(0, std::memory_order_acquire);
 }
@@ -143,7 +147,7 @@ void Stream::run(std::shared_ptr<Stream> self) {
     for (;;) {
         for (int i = 0;
              i < spins(kWorkerSpins) && self->pending_.load(std::memory_order_acquire) == 0; ++i)
-            relax();
+            relax(i);
         Item item;
         {
             std::unique_lock lock(self->mutex_);

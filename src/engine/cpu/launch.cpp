@@ -128,6 +128,12 @@ void checkMemory(RayState* state, const devlib::CheckedAccess* access) {
     const auto params = reinterpret_cast<uint64_t>(state->launch->params);
     scene.params = {params, params + state->launch->paramsBytes};
     scene.stack = check::stackOfThread();
+    const auto rangeOf = [](const auto& array) {
+        const auto begin = reinterpret_cast<uint64_t>(&array);
+        return check::Range{begin, begin + sizeof array};
+    };
+    scene.launchIndex = rangeOf(thread.index);
+    scene.launchDimensions = rangeOf(state->launch->dimensions);
     if (check::examine(*access, scene) != check::Fault::kNone)
         raise(state, devlib::kExceptionAccess, nullptr);
 }

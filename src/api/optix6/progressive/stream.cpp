@@ -24,6 +24,12 @@ void Stream::dropUpdate() {
     isNew_ = false;
 }
 
+void Stream::clear() {
+    std::lock_guard lock(mutex_);
+    pixels_.clear();
+    isNew_ = false;
+}
+
 void Stream::copyTo(void* memory, size_t bytes) const {
     std::lock_guard lock(mutex_);
     if (pixels_.size() == bytes && bytes != 0)

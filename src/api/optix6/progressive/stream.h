@@ -30,6 +30,8 @@ public:
     // Whether a picture was published since the last call.
     bool takeUpdate(Update& update);
     void dropUpdate();
+    // The pictures so far have another size or format than the buffer.
+    void clear();
     // Copies the newest picture if it has this size.
     void copyTo(void* memory, size_t bytes) const;
 
