@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Batches of rays (bvh/batch) against the best of Embree 3's single rays, packets and streams.
 //   bench_batches [--scene N] [--isa avx512|avx2|baseline] [--rounds N] [--part N]
-//                 [--kind primary|shadow|AO|diffuse]
-// One thread, processor time. The rays of a kind are cut into slices of 16,384; each slice goes to
-// all sides in random order, so that none profits from what another has left in the caches. A
+//                 [--kind primary|shadow|AO|diffuse] [--slice N]
+// One thread, processor time. The rays of a kind are cut into slices of 16,384 (--slice); each goes
+// to all sides in random order, so that none profits from what another has left in the caches. A
 // round is the sum of all slices; the table has the median round, and lowest and highest ratio.
 // --part: every Nth slice alone (4). Scenes: 0 terrain, 1 soup, 2 long thin, 3 spheres,
 // 4 overlapping, 5 interior, 6 leaves.
@@ -180,7 +180,7 @@ struct Embree {
 };
 
 struct Options {
-    int scene = -1, rounds = 5, part = 4;
+    int scene = -1, rounds = 5, part = 4, slice = 16384;
     std::string kind; // empty: all
     bvh::Isa isa = bvh::chosenIsa();
 };
@@ -203,7 +203,7 @@ void contest(const Options& options, const Scene& scene, const char* kind,
     const Embree embree = {scene.embree, any, coherent};
     std::vector<Hit> hits[2] = {std::vector<Hit>(rays.size()), std::vector<Hit>(rays.size())};
     std::vector<float> ts[2] = {std::vector<float>(rays.size()), std::vector<float>(rays.size())};
-    constexpr size_t kSlice = 16384;
+    const size_t slice = size_t(options.slice);
     std::mt19937 random(1);
     struct Round {
         double seconds[kSides] = {};
@@ -239,8 +239,8 @@ void contest(const Options& options, const Scene& scene, const char* kind,
     for (int r = 0; r < options.rounds; ++r) {
         Round round;
         total = 0;
-        for (size_t first = 0; first < rays.size(); first += kSlice * size_t(options.part)) {
-            const size_t count = std::min(kSlice, rays.size() - first);
+        for (size_t first = 0; first < rays.size(); first += slice * size_t(options.part)) {
+            const size_t count = std::min(slice, rays.size() - first);
             total += count;
             int order[kSides] = {0, 1, 2, 3};
             std::shuffle(order, order + kSides, random);
@@ -250,8 +250,8 @@ void contest(const Options& options, const Scene& scene, const char* kind,
         rounds.push_back(round);
     }
     size_t differ = 0;
-    for (size_t first = 0; first < rays.size(); first += kSlice * size_t(options.part))
-        for (size_t i = first; i < std::min(rays.size(), first + kSlice); ++i)
+    for (size_t first = 0; first < rays.size(); first += slice * size_t(options.part))
+        for (size_t i = first; i < std::min(rays.size(), first + slice); ++i)
             differ +=
                 any ? (ts[0][i] >= 0) != (ts[1][i] >= 0)
                     : (hits[0][i].t >= 0) != (hits[1][i].t >= 0) ||
@@ -314,6 +314,8 @@ bool parse(int argc, char** argv, Options& options) {
             options.rounds = std::max(1, std::atoi(value.c_str()));
         else if (word == "--part")
             options.part = std::max(1, std::atoi(value.c_str()));
+        else if (word == "--slice")
+            options.slice = std::max(1, std::atoi(value.c_str()));
         else if (word == "--kind")
             options.kind = value;
         else if (word == "--isa")
@@ -332,7 +334,8 @@ int main(int argc, char** argv) {
     Options options;
     if (!parse(argc, argv, options)) {
         std::fprintf(stderr, "bench_batches [--scene 0-6] [--isa avx512|avx2|baseline] "
-                             "[--rounds N] [--part N] [--kind primary|shadow|AO|diffuse]\n");
+                             "[--rounds N] [--part N] [--slice N] "
+                             "[--kind primary|shadow|AO|diffuse]\n");
         return 1;
     }
     RTCDevice device = rtcNewDevice("threads=1");

@@ -3,6 +3,7 @@
 // shows each pipeline to ptxas for compute capability 9.0 and prints registers, frame, spills, size
 // and time. Its machine code is the text, which the CPU device runs: that shows what ptxas makes of
 // the programs on a machine without a GPU. docs/notes/programs-gpu.md has the command and a table.
+// With SUNSTONE_KEEP_PTX set, texts, code and logs stay in folders /tmp/sunstone_ptxas_*.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -98,7 +99,8 @@ int nvPTXCompilerCompile(void* handle, int count, const char* const* options) {
     if (status == 0)
         report(compilation.log, fs::file_size(folder / "code"), compilation.text.size(), seconds,
                form + registers.substr(2));
-    fs::remove_all(folder);
+    if (!std::getenv("SUNSTONE_KEEP_PTX"))
+        fs::remove_all(folder);
     return status == 0 ? 0 : 4;
 }
 

@@ -12,12 +12,13 @@
 // those of the single walk even where they depend on the order.
 //
 // A Policy has
-//   static constexpr bool kOrdered          in structures of triangles; instances are always
-//   ordered struct Data                             what it keeps for a ray bool leaf(Flight&,
-//   NodeRef)             a leaf of triangles; may lower Flight::tmax; true ends the ray bool
-//   instance(Flight&, NodeRef)         a leaf of instances: calls enter() or skip(); true ends the
-//   ray void end(Flight&)                       the ray has ended bool next(Flight&) starts another
-//   ray (begin()) in this place; false if none is left
+//
+//   static constexpr bool kOrdered   in structures of triangles; instances are always ordered
+//   struct Data                      its values for each ray
+//   bool leaf(Flight&, NodeRef)      of triangles; may lower Flight::tmax; true ends the ray
+//   bool instance(Flight&, NodeRef)  an instance: calls enter() or skip(); true ends the ray
+//   void end(Flight&)                the ray has ended
+//   bool next(Flight&)               starts a ray in this place (begin()); false: none is left
 #pragma once
 
 #include "bvh/walk/traverse.h"
