@@ -25,6 +25,7 @@ public:
 private:
     struct Sum {
         std::atomic<uint64_t> nanoseconds{0}, indices{0};
+        void divide(uint64_t by);
     };
     Sum& of(Way way) { return sums_[unsigned(way)]; }
     bool isMeasured(const Sum& sum) const;

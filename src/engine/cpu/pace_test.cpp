@@ -28,6 +28,13 @@ TEST(Pace, TheFasterWayIsTaken) {
     EXPECT_LT(run(slower, 1000, 700'000, 1'000'000), 100u);
 }
 
+// The first pieces in flight touch the memory of stacks for the first time.
+TEST(Pace, TheColdStartIsForgotten) {
+    Pace pace;
+    run(pace, 60, 1'000'000, 10'000'000);
+    EXPECT_GT(run(pace, 1000, 1'000'000, 700'000), 900u);
+}
+
 TEST(Pace, TheChoiceFollowsTheScene) {
     Pace pace;
     run(pace, 1000, 1'000'000, 500'000);
