@@ -321,7 +321,8 @@ static uint32_t tracePackets(Reluctance& reluctance, RayState* const* states, Pr
             numbers[left++] = number;
         } else if (packets.hits[i].isAlone) {
             next[number] = whole;
-            reluctance.note(*states[number]);
+            if (packets.hits[i].meetsOther)
+                reluctance.note(*states[number]);
         } else {
             next[number] = afterPackets(*states[number], packets.hits[i]);
         }

@@ -59,7 +59,8 @@ struct LaunchJudge {
     static constexpr bool kOrdered = !kAny;
     static constexpr uint32_t kNoFront = 1 << 8, kNoBack = 1 << 9; // above the visibility mask
     struct Hit : FoundTriangle {
-        bool isAlone = false; // the ray must be traversed alone
+        bool isAlone = false;    // the ray must be traversed alone,
+        bool meetsOther = false; // because it meets a structure that packets do not enter
     };
     float tmax = 0;
     isa::Culling culling;
@@ -126,7 +127,7 @@ private:
     uint64_t leave(Judge* judges, uint32_t count) const {
         uint64_t left = 0;
         for (uint32_t i = 0; i < count; ++i) {
-            judges[lanes_[i]].best.isAlone = true;
+            judges[lanes_[i]].best.isAlone = judges[lanes_[i]].best.meetsOther = true;
             left |= uint64_t(1) << lanes_[i];
         }
         return left;
