@@ -10,18 +10,19 @@
 
 namespace sunstone {
 
-// Where a fiber goes on that does not run: the address of the code lies on top of its stack.
+// The stack pointer of a suspended fiber. The address of its next instruction is on top of its stack.
 using FiberContext = void*;
 
 // A fiber that begins with `entry`, which never returns. `stackTop`: the end of its stack.
 inline FiberContext makeFiber(void* stackTop, void (*entry)()) {
     auto* const top = reinterpret_cast<uint64_t*>(reinterpret_cast<uint64_t>(stackTop) & ~15ull);
-    top[-1] = 0; // as a return address: the end for whatever unwinds the stack
+    top[-1] = 0; // the return address at which unwinders stop
     top[-2] = reinterpret_cast<uint64_t>(entry);
     return top - 2;
 }
 
-// Goes on at `to`. Returns when something goes on at the context that *from is set to.
+// Suspends the caller, sets *from to its context and resumes `to`. Returns when another switch
+// resumes *from.
 #if defined(__x86_64__)
 SUNSTONE_INLINE void switchFiber(FiberContext* from, FiberContext to) {
     asm volatile("leaq -128(%%rsp), %%rsp\n\t" // the red zone
@@ -41,7 +42,13 @@ SUNSTONE_INLINE void switchFiber(FiberContext* from, FiberContext to) {
                  :
                  : "rax", "rcx", "rdx", "r8", "r9", "r10", "r11", "r12", "r13", "r14", "r15",
                    "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", "xmm8", "xmm9",
-                   "xmm10", "xmm11", "xmm12", "xmm13", "xmm14", "xmm15", "memory", "cc");
+                   "xmm10", "xmm11", "xmm12", "xmm13", "xmm14", "xmm15",
+#if defined(__AVX512F__)
+                   "xmm16", "xmm17", "xmm18", "xmm19", "xmm20", "xmm21", "xmm22", "xmm23", "xmm24",
+                   "xmm25", "xmm26", "xmm27", "xmm28", "xmm29", "xmm30", "xmm31", "k1", "k2", "k3",
+                   "k4", "k5", "k6", "k7",
+#endif
+                   "memory", "cc");
 }
 #else
 #error "switches between stacks are not written for this processor"

@@ -224,6 +224,16 @@ uint64_t nanoseconds() {
     return uint64_t(now.tv_sec) * 1'000'000'000 + uint64_t(now.tv_nsec);
 }
 
+// Runs the tiles from `begin` to before `end` in this way if that is possible; returns the way.
+cpu::Way runPiece(Runner& runner, const cpu::InFlightLaunch& inFlight, const Tiling& tiling,
+                  cpu::Way way, uint64_t begin, uint64_t end) {
+    if (way == cpu::Way::kInFlight && cpu::runInFlight(runner, inFlight, tiling, begin, end))
+        return way;
+    for (uint64_t i = begin; i < end; ++i)
+        runner.run(Tile(tiling, i));
+    return cpu::Way::kAlone;
+}
+
 // Runs the tiles from `begin` to before `end`, a few at a time, each time in the way that seems to
 // be the faster one. `forced`: all of them in flight.
 void runTiles(Runner& runner, const cpu::InFlightLaunch& inFlight, cpu::Pace& pace,
@@ -231,14 +241,22 @@ void runTiles(Runner& runner, const cpu::InFlightLaunch& inFlight, cpu::Pace& pa
     constexpr uint64_t kPiece = 8;
     for (uint64_t first = begin; first < end; first += kPiece) {
         const uint64_t last = std::min(first + kPiece, end);
-        cpu::Way way = forced ? cpu::Way::kInFlight : pace.next();
-        const uint64_t start = nanoseconds();
-        if (way == cpu::Way::kInFlight && !cpu::runInFlight(runner, inFlight, tiling, first, last))
-            way = cpu::Way::kAlone;
-        if (way == cpu::Way::kAlone)
-            for (uint64_t i = first; i < last; ++i)
-                runner.run(Tile(tiling, i));
-        pace.add(way, (last - first) * cpu::kTileRow, nanoseconds() - start);
+        const cpu::Pace::Plan plan =
+            forced ? cpu::Pace::Plan{false, cpu::Way::kInFlight} : pace.next();
+        if (!plan.isMeasured) {
+            runPiece(runner, inFlight, tiling, plan.way, first, last);
+            continue;
+        }
+        const auto measure = [&](cpu::Way way, uint64_t from, uint64_t to) {
+            const uint64_t start = nanoseconds();
+            way = runPiece(runner, inFlight, tiling, way, from, to);
+            pace.add(way, (to - from) * cpu::kTileRow, nanoseconds() - start);
+        };
+        const uint64_t middle = first + (last - first) / 2;
+        const bool isAlone = plan.way == cpu::Way::kAlone;
+        if (middle != first)
+            measure(plan.way, first, middle);
+        measure(isAlone ? cpu::Way::kInFlight : cpu::Way::kAlone, middle, last);
     }
 }
 

@@ -15,23 +15,30 @@ enum class WishedWay : uint8_t { kAlone, kInFlight, kFaster };
 WishedWay wishedWay();
 
 // Any thread may call any function at any time.
+//
+// The parts of a picture cost very different times. So a piece that is measured runs one half in
+// each way: the two have the same neighbourhood.
 class Pace {
 public:
-    // The way of the next piece.
-    Way next();
-    // A piece of `indices` launch indices took so long on its thread.
+    struct Plan {
+        bool isMeasured;
+        Way way; // of the piece; of its first half if it is measured
+    };
+    Plan next();
+    // A half of `indices` launch indices took so long on its thread.
     void add(Way way, uint64_t indices, uint64_t nanoseconds);
 
 private:
     struct Sum {
-        std::atomic<uint64_t> nanoseconds{0}, indices{0};
+        std::atomic<uint64_t> nanoseconds{0}, indices{0}, halves{0};
         void divide(uint64_t by);
+        double cost() const;
     };
-    Sum& of(Way way) { return sums_[unsigned(way)]; }
-    bool isMeasured(const Sum& sum) const;
+    const Sum& of(Way way) const { return sums_[unsigned(way)]; }
+    bool isKnown(Way way) const;
 
     Sum sums_[2];
-    std::atomic<uint32_t> pieces_{0};
+    std::atomic<uint32_t> pieces_{0}, measured_{0};
 };
 
 } // namespace sunstone::engine::cpu

@@ -11,15 +11,24 @@ using sunstone::engine::cpu::Way;
 
 namespace {
 
-// Runs `pieces` of 1,000 indices with these costs; returns how many went in flight.
-unsigned run(Pace& pace, unsigned pieces, uint64_t alone, uint64_t inFlight) {
+// Runs `pieces` of 1,000 indices with these costs; returns how many went in flight as a whole.
+// `pictureCost(i)`: a factor of the costs.
+template <class PictureCost>
+unsigned run(Pace& pace, unsigned pieces, uint64_t alone, uint64_t inFlight,
+             const PictureCost& pictureCost) {
     unsigned count = 0;
     for (unsigned i = 0; i < pieces; ++i) {
-        const Way way = pace.next();
-        count += way == Way::kInFlight;
-        pace.add(way, 1000, way == Way::kInFlight ? inFlight : alone);
+        const Pace::Plan plan = pace.next();
+        if (!plan.isMeasured)
+            count += plan.way == Way::kInFlight;
+        else
+            for (const Way way : {Way::kAlone, Way::kInFlight})
+                pace.add(way, 500, (way == Way::kInFlight ? inFlight : alone) / 2 * pictureCost(i));
     }
     return count;
+}
+unsigned run(Pace& pace, unsigned pieces, uint64_t alone, uint64_t inFlight) {
+    return run(pace, pieces, alone, inFlight, [](unsigned) { return 1; });
 }
 
 TEST(Pace, TheFasterWayIsTaken) {
@@ -31,7 +40,7 @@ TEST(Pace, TheFasterWayIsTaken) {
 // The first pieces in flight touch the memory of stacks for the first time.
 TEST(Pace, TheColdStartIsForgotten) {
     Pace pace;
-    run(pace, 60, 1'000'000, 10'000'000);
+    run(pace, 8, 1'000'000, 100'000'000);
     EXPECT_GT(run(pace, 1000, 1'000'000, 700'000), 900u);
 }
 
@@ -42,9 +51,18 @@ TEST(Pace, TheChoiceFollowsTheScene) {
     EXPECT_LT(run(pace, 640, 500'000, 1'000'000), 64u);
 }
 
+// A sky above a forest: the parts of a picture must not decide.
+TEST(Pace, PartsOfAPictureCostDifferentTimes) {
+    const auto forest = [](unsigned piece) { return piece % 250 < 125 ? 1 : 20; };
+    Pace faster, slower;
+    EXPECT_GT(run(faster, 5000, 1'000'000, 950'000, forest), 4500u);
+    EXPECT_LT(run(slower, 5000, 950'000, 1'000'000, forest), 100u);
+}
+
 TEST(Pace, PiecesWithoutTimeAreNoMeasurement) {
     Pace pace;
-    EXPECT_NEAR(run(pace, 100, 0, 0), 50, 1);
+    EXPECT_EQ(run(pace, 100, 0, 0), 0u);
+    EXPECT_TRUE(pace.next().isMeasured);
 }
 
 // Sums are halved several times. What threads choose while others measure depends on how they are
