@@ -19,12 +19,17 @@
 
 namespace sunstone::api::cuda {
 
-namespace ctx = boost::context::detail;
 using devlib::KernelThread;
 
 namespace {
 
 using Fibers = BlockRunner::Fibers;
+
+// The block that the thread runs, for fibers that start.
+Fibers*& currentBlock() {
+    thread_local Fibers* block = nullptr;
+    return block;
+}
 
 } // namespace
 
@@ -69,29 +74,26 @@ BlockRunner::Fibers::Fiber& BlockRunner::Fibers::fiberOf(KernelThread* thread) {
     return *reinterpret_cast<Fiber*>(thread); // the thread is a fiber's first member
 }
 
-void BlockRunner::Fibers::entry(ctx::transfer_t from) {
-    auto* fiber = static_cast<Fiber*>(from.data);
-    Fibers& self = *static_cast<Fibers*>(fiber->thread.block);
+void BlockRunner::Fibers::entry() {
+    Fibers& self = *currentBlock();
+    Fiber& fiber = *self.running_;
     self.sanitizer_.entered();
-    self.scheduler_ = from.fctx;
-    self.launch_.kernel(&fiber->thread, self.launch_.params);
-    self.leave(&fiber->thread);
+    self.launch_.kernel(&fiber.thread, self.launch_.params);
+    self.leave(&fiber.thread);
 }
 
 void BlockRunner::Fibers::suspend(Fiber& fiber) {
     sanitizer_.leave(fiber.state == State::kDone);
-    const ctx::transfer_t back = ctx::jump_fcontext(scheduler_, nullptr);
+    switchFiber(&fiber.context, scheduler_);
     sanitizer_.entered();
-    scheduler_ = back.fctx;
 }
 
 void BlockRunner::Fibers::resume(Fiber& fiber) {
     running_ = &fiber;
     const auto index = size_t(&fiber - fibers_.data());
     sanitizer_.enter(index, stacks_.top(index), stacks_.size());
-    const ctx::transfer_t back = ctx::jump_fcontext(fiber.context, &fiber);
+    switchFiber(&scheduler_, fiber.context);
     sanitizer_.left();
-    fiber.context = back.fctx;
 }
 
 void BlockRunner::Fibers::run(const KernelThread& prototype) {
@@ -107,7 +109,7 @@ void BlockRunner::Fibers::start(const KernelThread& prototype) {
         fiber.thread = prototype;
         fiber.thread.block = this;
         placeThread(fiber.thread, launch_, i);
-        fiber.context = ctx::make_fcontext(stacks_.top(i), stacks_.size(), &Fibers::entry);
+        fiber.context = makeFiber(stacks_.top(i), &Fibers::entry);
         fiber.state = State::kReady;
     }
     barriers_ = {};
@@ -117,6 +119,7 @@ void BlockRunner::Fibers::start(const KernelThread& prototype) {
 
 Fibers::Progress BlockRunner::Fibers::step() {
     prepareForFaults();
+    currentBlock() = this;
     sanitizer_.begin();
     if (setjmp(frame_.jump) == kJumpFault) { // the jump comes from a fiber's stack, which is
                                              // abandoned

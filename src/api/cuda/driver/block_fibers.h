@@ -5,9 +5,8 @@
 #include "api/cuda/driver/block.h"
 #include "api/cuda/driver/block_barrier.h"
 #include "base/fiber_stacks.h"
+#include "base/fiber_switch.h"
 #include "base/sanitizer_fibers.h"
-
-#include <boost/context/detail/fcontext.hpp>
 
 #include <vector>
 
@@ -38,13 +37,13 @@ struct BlockRunner::Fibers {
     void yield(devlib::KernelThread* thread);
     void checkMemory(devlib::KernelThread* thread, const devlib::CheckedAccess& access);
     uint64_t stackEnd(devlib::KernelThread* thread);
-    static void entry(boost::context::detail::transfer_t from);
+    static void entry();
 
 private:
     enum class State : uint8_t { kReady, kBarrier, kExchange, kActive, kDone };
     struct Fiber {
         devlib::KernelThread thread;
-        boost::context::detail::fcontext_t context;
+        FiberContext context;
         State state;
         bool yielded;     // only waited when it last ran
         uint32_t barrier; // the id it waits for
@@ -73,7 +72,7 @@ private:
     Fiber* running_ = nullptr;
     uint32_t live_ = 0;
     uint32_t ready_ = 0;
-    boost::context::detail::fcontext_t scheduler_ = nullptr;
+    FiberContext scheduler_ = nullptr;
 };
 
 } // namespace sunstone::api::cuda
