@@ -16,6 +16,8 @@ if(SUNSTONE_SANITIZE)
         # enum: C callers pass values that no enumerator has, and get an error for it.
         -fno-sanitize=vptr,function,enum)
     target_link_options(sunstone_options INTERFACE -fsanitize=${SUNSTONE_SANITIZE})
+    # C programs of the tests use the libraries without these options.
+    add_link_options($<$<LINK_LANGUAGE:C>:-fsanitize=${SUNSTONE_SANITIZE}>)
 endif()
 
 set(SUNSTONE_PARTS "" CACHE INTERNAL "")
