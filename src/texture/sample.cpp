@@ -328,10 +328,12 @@ struct Request {
 void sampleLevel(const Sampler& sampler, const Request& request, unsigned level,
                  uint32_t result[4]) {
     const Image& image = sampler.texture.images[level];
+    // A form for layers may be used with a volume, whose levels have fewer slices than the first.
+    const uint32_t slice = std::min(request.slice, image.depth - 1);
     if (request.cube)
         sampleCube(sampler, image, request.position, request.slice, result);
     else
-        sampleImage(sampler, image, request.dimensions, request.position, request.slice, result);
+        sampleImage(sampler, image, request.dimensions, request.position, slice, result);
 }
 
 void sampleLevels(const Sampler& sampler, const Request& request, float level, uint32_t result[4]) {
