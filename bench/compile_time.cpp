@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time from PTX text to a pipeline that can be launched: module, program groups, pipeline. First
-// without the disk cache, then with it: each text is compiled and stored, then found. A comment
-// makes the text of each round new.
+// Time from PTX text to a pipeline that can be launched: module, program groups, pipeline. Measures
+// first without the disk cache, then with it: each text is compiled and stored, then loaded. A
+// comment makes the text of each round new.
 #include "arguments.h"
 #include "optix_setup.h"
 
@@ -32,7 +32,7 @@ double median(std::vector<double> values) {
 // complete.
 void compileOnce(OptixDeviceContext context, unsigned round, std::vector<double>& moduleTimes,
                  std::vector<double>& totalTimes) {
-    // After the last brace, so that the line numbers stay the same.
+    // The comment follows the last brace, so that line numbers do not change.
     std::string text =
         std::string(path_tracer_ptx()) + "\n// round " + std::to_string(round) + "\n";
     auto start = Clock::now();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Failing calls of the CUDA driver API end a benchmark.
+// A failing call of the CUDA driver API ends the benchmark.
 #pragma once
 
 #include <cuda.h>

@@ -2,9 +2,9 @@
 // CUDA kernels on the CPU device against the same work in C++ with oneTBB: n-body, convolution,
 // reduction. The C++ is straightforward: one loop per element under parallel_for, compiled -O3 for
 // this machine's processor and vectorised as far as clang does by itself, without fast-math; the
-// reduction keeps 64 partial sums so that it can be vectorised. Its array is large enough that both
-// sides read memory, not caches, and that all threads have joined long before the end. Both sides
-// read the same device memory.
+// reduction keeps 64 partial sums so that it can be vectorised. Its array is so large that both
+// sides read from memory and that thread start-up does not matter. Both sides read the same device
+// memory.
 //
 // Rounds alternate; the smallest of each counts. Times are processor time of all threads, which
 // other programs on the machine disturb little; --clock compares wall-clock time.

@@ -11,7 +11,7 @@ __device__ void pull(Force& force, const float4& own, const float4& other) {
     force.z += dz * scale;
 }
 
-// Every thread reads all bodies: no barrier.
+// Every thread reads all bodies, without a barrier.
 extern "C" __global__ void nBodyPlain(const float4* bodies, Force* forces, int n) {
     const int i = blockIdx.x * blockDim.x + threadIdx.x;
     if (i >= n)
@@ -23,7 +23,7 @@ extern "C" __global__ void nBodyPlain(const float4* bodies, Force* forces, int n
     forces[i] = force;
 }
 
-// The block reads them tile by tile into shared memory: two barriers for each.
+// The block reads bodies tile by tile into shared memory, with two barriers per tile.
 extern "C" __global__ void nBodyTiled(const float4* bodies, Force* forces, int n) {
     __shared__ float4 tile[kTile];
     const int i = blockIdx.x * kTile + threadIdx.x;
@@ -54,7 +54,8 @@ extern "C" __global__ void convolve(const float* in, float* out, int width, int 
     out[y * width + x] = sum;
 }
 
-// One value for each block: sums on the way through memory, then a tree in shared memory.
+// Computes one value per block: each thread sums over memory, then a tree in shared memory sums
+// over threads.
 extern "C" __global__ void reduceShared(const float* in, float* out, int n) {
     __shared__ float sums[kTile];
     float sum = 0;
@@ -71,7 +72,7 @@ extern "C" __global__ void reduceShared(const float* in, float* out, int n) {
         out[blockIdx.x] = sums[0];
 }
 
-// The same with shuffles in place of most of the tree.
+// As reduceShared, with shuffles in place of most of the tree.
 extern "C" __global__ void reduceShuffle(const float* in, float* out, int n) {
     __shared__ float sums[kTile / 32];
     float sum = 0;

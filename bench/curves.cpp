@@ -47,7 +47,8 @@ struct Hair {
     std::vector<uint32_t> first; // first point of each segment
 };
 
-// Curly strands from a ball of radius 0.5 out to about 1.2, radii 0.003 to 0.001.
+// Curly strands from a ball of radius 0.5 to a distance of about 1.2, with radii from 0.003 to
+// 0.001.
 Hair makeHair(uint32_t strands, unsigned degree) {
     Hair hair;
     uint32_t state = 1;
@@ -77,7 +78,7 @@ Hair makeHair(uint32_t strands, unsigned degree) {
     return hair;
 }
 
-// The wind blows, the more the farther from the ball.
+// Moves points by wind that grows with the distance from the ball.
 void blow(Hair& hair) {
     hair.later = hair.points;
     for (size_t i = 0; i < hair.later.size(); i += 4) {
@@ -187,7 +188,7 @@ std::vector<Surfel> surfels(RTCScene scene, const std::vector<Ray>& rays) {
     return points;
 }
 
-// Percent of rays that disagree on whether they hit, or clearly on where.
+// Percentage of rays whose hits differ in existence or clearly in place.
 double differences(Optix::Kind kind, const std::vector<BenchHit>& ours,
                    const std::vector<BenchHit>& theirs) {
     size_t count = 0;
@@ -249,8 +250,8 @@ void benchBasis(RTCDevice device, const Basis& basis, const Options& options) {
     };
     const auto secondary = [&](RayKind kind) {
         std::vector<Ray> rays = secondaryRays(primary, points, 0.5f, kind);
-        // Some point into the hair they start at; those start beyond it, because OptiX does not hit
-        // curves from within and Embree may.
+        // Some rays would point into the hair at which they start; they start beyond it, because
+        // OptiX does not hit curves from within and Embree may.
         if (kind == RayKind::kShadow)
             for (Ray& ray : rays)
                 ray.tmin = 0.01f;

@@ -32,7 +32,7 @@ inline RTCRay embreeRay(const Ray& r) {
     return ray;
 }
 
-// Stores the same results as the device programs do.
+// Stores the results that the device programs store.
 inline void traceEmbree(RTCScene scene, Optix::Kind kind, const std::vector<Ray>& rays,
                         std::vector<BenchHit>& hits, bool motion = false) {
     tbb::parallel_for(tbb::blocked_range<size_t>(0, rays.size(), 256), [&](const auto& range) {

@@ -65,7 +65,7 @@ EmbreeTracer::EmbreeTracer(const HostScene& scene, const Scene& studio, const Ca
                    scene.materialOfTriangle.data(), scene.materials.data()};
     embree_ = rtcNewScene(device_);
     RTCGeometry mesh = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    // Embree reads 16 bytes at the last vertex: it gets a copy in its own buffer.
+    // Embree reads 16 bytes at the last vertex, so the vertices are copied to its own buffer.
     void* vertices = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                              sizeof(float3), scene.positions.size());
     std::copy(scene.positions.begin(), scene.positions.end(), static_cast<float3*>(vertices));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds and traversal on a GPU, by our kernels alone: build times, sizes, rays per second of each
-// kernel, and the number of answers that differ from those of the CPU's engine.
+// Builds and traversal on a GPU with Sunstone's kernels alone: build times, sizes, rays per second
+// of each kernel, and the number of hits that differ from the CPU's.
 //   bench_gpu_kernels [--scenes terrain,soup,thin,spheres] [--triangles N] [--width 1920]
 //                     [--repeats 6] [--all-flags 1] [--driver libcuda.so.1] [--one-block 0]
 // --one-block 0: builds of few triangles take the kernels of large ones.
@@ -98,7 +98,7 @@ struct Timer {
     }
 };
 
-// How long each kernel of a build takes.
+// The time of each kernel of a build.
 struct StageTimes {
     std::vector<std::pair<const char*, CUevent>> marks;
     static void mark(void* self, const char* name) {

@@ -8,5 +8,5 @@ struct GpuBenchJob {
     uint64_t rays, hits; // bench::Ray; t (-1: no hit) and primitive (any-hit rays: 1)
     uint64_t handle;
     uint64_t counter;       // of rays given out, zero before the launch
-    uint32_t count, wanted; // lanes that must be busy, or others join
+    uint32_t count, wanted; // with fewer busy lanes, idle lanes take new rays
 };

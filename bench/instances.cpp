@@ -85,7 +85,7 @@ RTCScene embreeInstances(RTCDevice device, RTCScene mesh, const std::vector<floa
     return scene;
 }
 
-// Where rays meet the scene; scales are uniform, so that normals turn like vectors.
+// The points where rays meet the scene. Scales are uniform, so normals transform like vectors.
 std::vector<Surfel> surfels(RTCScene scene, const std::vector<float>& matrices,
                             const std::vector<Ray>& rays) {
     std::vector<Surfel> points(rays.size());
@@ -107,7 +107,7 @@ std::vector<Surfel> surfels(RTCScene scene, const std::vector<float>& matrices,
     return points;
 }
 
-// Share of rays for which the two disagree on a hit, or clearly on its place.
+// The share of rays whose hits differ in existence or clearly in place.
 double differences(Optix::Kind kind, const std::vector<BenchHit>& ours,
                    const std::vector<BenchHit>& theirs) {
     size_t count = 0;

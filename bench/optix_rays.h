@@ -44,7 +44,8 @@ inline double seconds(const std::function<void()>& work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Processor time of all threads: other programs on the machine disturb it less.
+// Processor time of all threads, which other programs on the machine disturb less than elapsed
+// time.
 inline double processSeconds(const std::function<void()>& work) {
     const auto now = [] {
         timespec t;
@@ -170,7 +171,7 @@ private:
         const char* names[] = {"__raygen__closest", "__raygen__any", "__miss__clear"};
         for (int i = 0; i < 3; ++i) {
             descs[i].kind = i < 2 ? OPTIX_PROGRAM_GROUP_KIND_RAYGEN : OPTIX_PROGRAM_GROUP_KIND_MISS;
-            descs[i].raygen.module = module; // raygen and miss share their place in the union
+            descs[i].raygen.module = module; // raygen and miss have one place in the union
             descs[i].raygen.entryFunctionName = names[i];
         }
         descs[3].kind = OPTIX_PROGRAM_GROUP_KIND_HITGROUP;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A whole path tracer: OptiX programs through optixLaunch against the same mathematics in C++ over
-// Embree, on the same scene, camera and samples. Frames alternate between the two, so that a busy
-// machine disturbs both alike; the medians are compared, and the images too. Run with `sunstone
-// run`, or directly from the build tree.
+// Embree, on the same scene, camera and samples. Frames alternate between the two, so that other
+// load disturbs both equally. The benchmark compares medians and images. Run with `sunstone run`,
+// or directly from the build tree.
 #include "path_tracer.h"
 #include "arguments.h"
 #include "embree_tracer.h"
@@ -47,7 +47,7 @@ HostScene loadScene(const Options& options) {
     return scene;
 }
 
-// Time on the clock, and of all processors: other programs on the machine disturb that less.
+// Elapsed time, and processor time, which other programs on the machine disturb less.
 struct FrameTimes {
     std::vector<double> wall, processors; // milliseconds
 };
@@ -75,8 +75,8 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-// Mean absolute difference over the mean of `b`: both trace the same random paths, so that only
-// rounding differs.
+// Mean absolute difference over the mean of `b`. Both trace the same random paths, so only rounding
+// differs.
 double relativeDifference(const std::vector<float>& a, const std::vector<float>& b) {
     double difference = 0.0, sum = 0.0;
     for (size_t i = 0; i < a.size(); ++i) {

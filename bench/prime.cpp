@@ -123,7 +123,7 @@ private:
 enum class Way { kSingle, kPackets, kStreams };
 constexpr const char* kWayNames[] = {"single", "packets", "streams"};
 
-// One block of rays for Embree, as each way takes them.
+// One block of rays for Embree, in the format of each of its modes.
 constexpr size_t kBlock = 256;
 
 void embreeSingle(RTCScene scene, const Ray* rays, size_t count, bool any, Hit* hits, float* t) {

@@ -2,11 +2,11 @@
 // Batches of rays (bvh/batch) against the best of Embree 3's single rays, packets and streams.
 //   bench_batches [--scene N] [--isa avx512|avx2|baseline] [--rounds N] [--part N]
 //                 [--kind primary|shadow|AO|diffuse] [--slice N]
-// One thread, processor time. The rays of a kind are cut into slices of 16,384 (--slice); each goes
-// to all sides in random order, so that none profits from what another has left in the caches. A
-// round is the sum of all slices; the table has the median round, and lowest and highest ratio.
-// --part: every Nth slice alone (4). Scenes: 0 terrain, 1 soup, 2 long thin, 3 spheres,
-// 4 overlapping, 5 interior, 6 leaves.
+// One thread, processor time. The rays of a kind are cut into slices of 16,384 (--slice). Each
+// slice goes to all sides in random order, so that no side profits from cache contents of another.
+// A round is the sum of all slices; the table has the median round, and the lowest and the highest
+// ratio. --part: only every Nth slice (4). Scenes: 0 terrain, 1 soup, 2 long thin, 3 spheres, 4
+// overlapping, 5 interior, 6 leaves.
 #include "scenes.h"
 
 #include "bvh/batch/batch.h"
@@ -37,7 +37,7 @@ double processorSeconds() {
     return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
-// Memory like that of the device and of Embree: huge pages.
+// Memory with huge pages, like that of the device and of Embree.
 std::shared_ptr<void> hugeMemory(size_t size) {
     constexpr size_t kHugePage = 1u << 21;
     const size_t padded = (size + kHugePage - 1) / kHugePage * kHugePage;
@@ -96,7 +96,7 @@ Hit hitOf(float t, unsigned geometry, unsigned primitive, float u, float v) {
     return geometry != RTC_INVALID_GEOMETRY_ID ? Hit{t, primitive, u, v} : Hit{-1, ~0u, 0, 0};
 }
 
-// One slice for Embree, as each way takes it.
+// One slice for Embree, in the format of each of its modes.
 struct Embree {
     RTCScene scene;
     bool any, coherent;

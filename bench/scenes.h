@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Generated scenes and rays for benchmarks: the same bits on every machine and run (hashes, no
-// library random numbers).
+// Generated scenes and rays for benchmarks. They have the same bits on every machine and in every
+// run, because their random numbers are hashes.
 #pragma once
 
 #include <cstdint>
@@ -45,14 +45,14 @@ struct Ray {
 // Camera rays, one per pixel, in tiles of 8 x 8 pixels.
 std::vector<Ray> primaryRays(const Mesh& mesh, uint32_t width, uint32_t height);
 
-// Where a ray met the mesh.
+// A point where a ray met the mesh.
 struct SurfacePoint {
     bool hit;
     float t;
     uint32_t triangle;
 };
 
-// The same with a normal, of any length and side, in place of the triangle.
+// A point with a normal, of any length and side, in place of the triangle.
 struct Surfel {
     bool hit;
     float t;
@@ -69,17 +69,17 @@ std::vector<Ray> secondaryRays(const std::vector<Ray>& primary, const std::vecto
                                float aoRadius, RayKind kind);
 
 // The vertices at a second motion key: waves through the scene, of 3 percent of its size, so that
-// neighbours move alike.
+// neighbours move similarly.
 std::vector<float> movedVertices(const Mesh& mesh);
 
-// Times of rays: spread over [0, 1] without order.
+// The time of a ray, in random order over [0, 1].
 float timeOf(size_t ray);
 
 // A rock of about `triangles` triangles around the origin, its radius near 1.
 Mesh makeRock(uint32_t triangles);
 
-// Row-major 3x4 matrices that spread `count` things of radius 1 over a slab of 100 x 20 x 100:
-// random rotations, uniform scales from 0.4 to 1.2; neighbours overlap.
+// Row-major 3x4 matrices that spread `count` objects of radius 1 over a slab of 100 x 20 x 100,
+// with random rotations and uniform scales from 0.4 to 1.2. Neighbours overlap.
 std::vector<float> scatter(uint32_t count);
 
 // Leaves over the slab, about `triangles` of them in pairs: each pair is a square whose corners are

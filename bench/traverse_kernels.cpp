@@ -2,8 +2,8 @@
 // Traversal kernels and builders against Embree 3 on identical ray arrays, one ray at a time.
 //   bench_kernels [--quick] [--scene N] [--isa avx512|avx2|baseline] [--threads] [--refit]
 //                 [--fast-build | --fast-trace] [--motion]
-// Runs alternate between the two; the best of several counts. Meshes and our structure are in
-// memory that requests huge pages, like device memory and Embree's. Single-thread rows are
+// Runs alternate between the two; the best of several counts. Meshes and Sunstone's structure are
+// in memory with huge pages, like device memory and Embree's memory. Single-thread rows are
 // processor time.
 #include "launch_rays.h"
 #include "scenes.h"
@@ -38,7 +38,8 @@ double seconds(const std::function<void()>& work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Processor time of this thread: other programs on the machine disturb it less.
+// Processor time of this thread, which other programs on the machine disturb less than elapsed
+// time.
 double threadSeconds(const std::function<void()>& work) {
     const auto now = [] {
         timespec t;
@@ -66,7 +67,7 @@ struct Block {
     }
 };
 
-// A mesh in memory like that of the device (and of Embree): huge pages.
+// A mesh in memory with huge pages, like that of the device and of Embree.
 struct MeshMemory {
     Block vertices, indices;
     explicit MeshMemory(const Mesh& mesh) {
@@ -174,8 +175,8 @@ double processSeconds(const std::function<void()>& work) {
     return now() - start;
 }
 
-// A structure that may be updated: builds and updates in alternation; the median of the pairs'
-// ratios, so that other load disturbs both.
+// Builds and updates of a structure alternate, so that other load disturbs both; the result is the
+// median of the pairs' ratios.
 void benchRefit(const Mesh& mesh, const bvh::BuildInputs& inputs, bvh::BuildOptions options) {
     options.allowUpdate = true;
     const bvh::MemoryUsage usage = bvh::computeMemoryUsage(inputs, options);

@@ -1,7 +1,7 @@
 # Device code to PTX. sunstone_ptx(<outvar> <file.cu> [NVCC] [OPTIX6] [INCLUDES dir...] [OPTIONS opt...])
 # compiles one CUDA source to PTX with clang-19 and the project's own headers, so that no toolkit is
-# needed; NVCC selects nvcc instead (only where SUNSTONE_NVCC is found),
-# OPTIX6 the headers of the classic API.
+# needed; NVCC selects nvcc instead (only if SUNSTONE_NVCC is found); OPTIX6 the headers of the
+# classic API.
 find_program(SUNSTONE_DEVICE_CLANG NAMES clang++-19 REQUIRED)
 find_program(SUNSTONE_NVCC NAMES nvcc HINTS /usr/local/cuda/bin)
 

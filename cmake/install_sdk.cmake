@@ -40,7 +40,7 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION share/doc/sunstone
 install(FILES ${PROJECT_SOURCE_DIR}/include/cuda/README.md
     DESTINATION share/doc/sunstone/include/cuda COMPONENT sdk)
 
-# Versions are those of the API, as programs ask for find_package(OptiX 7.4); optix.h has them.
+# Versions are those of the API in optix.h, because programs call find_package(OptiX 7.4).
 function(sunstone_optix_version result header)
     file(STRINGS ${header} line REGEX "^#define OPTIX_VERSION [0-9]+$")
     string(REGEX REPLACE "^.* " "" number "${line}")
@@ -112,8 +112,8 @@ function(sunstone_install component folder to_lib)
     endforeach()
 endfunction()
 sunstone_install(runtime lib . sunstone nvoptix optix6 optixu optix_prime sunstone_rays)
-# It belongs to the MPI of the machine that builds it, on which no package shall depend:
-# `cmake --install BUILD --component mpi`.
+# The plug-in depends on the MPI of the build machine, and packages must not, so it is installed
+# separately: `cmake --install BUILD --component mpi`.
 if(TARGET sunstone_mpi)
     install(TARGETS sunstone_mpi LIBRARY DESTINATION lib COMPONENT mpi EXCLUDE_FROM_ALL)
 endif()

@@ -1,5 +1,5 @@
 # Flags of the files that are compiled once per instruction set; bvh/walk/kernels.h chooses the set
-# at run time. Everything else is plain x86-64.
+# at run time. All other files are plain x86-64.
 function(sunstone_isa_flags)
     set(avx2 -mavx2;-mfma;-mbmi;-mbmi2;-mlzcnt;-mpopcnt)
     set(avx512 ${avx2};-mavx512f;-mavx512vl;-mavx512dq;-mavx512bw;-mprefer-vector-width=256)

@@ -1,9 +1,9 @@
-# Machine code of the library's own kernels, made by ptxas where there is one (tools/kernel_images).
+# Machine code of the library's own kernels, compiled by ptxas if it is found (tools/kernel_images).
 # sunstone_kernels(FILE ids) names a PTX file of kernels and their ids, in which @ stands for the
 # kernel's name; sunstone_kernel_images(outvar) makes the archive of all files named so far.
 find_library(SUNSTONE_ZSTD NAMES libzstd.a zstd REQUIRED)
 find_program(SUNSTONE_PTXAS NAMES ptxas HINTS /usr/local/cuda/bin)
-# Code of 8.0 runs on 8.6 to 8.9, that of 10.0 on 10.3, that of 12.0 on 12.1.
+# Code for 8.0 runs on 8.6 to 8.9, code for 10.0 on 10.3, code for 12.0 on 12.1.
 set(SUNSTONE_KERNEL_CAPABILITIES 70,75,80,90,100,120)
 define_property(GLOBAL PROPERTY SUNSTONE_KERNEL_FILES BRIEF_DOCS "files, each followed by the form of its ids")
 

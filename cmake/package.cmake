@@ -23,7 +23,8 @@ file(CREATE_LINK ../../../include/sunstone/cuda ${links}/cuda SYMBOLIC)
 install(FILES ${links}/optix7 ${links}/optix76 ${links}/optix6 ${links}/cuda DESTINATION share/sunstone/include
     COMPONENT samples)
 
-# The archive's libraries. DT_RPATH, unlike DT_RUNPATH, serves the libraries of libraries, too.
+# The archive's libraries. DT_RPATH, unlike DT_RUNPATH, also applies to the dependencies of
+# libraries.
 foreach(target IN ITEMS sunstone sunstone_tool)
     if(TARGET ${target})
         set(to_lib "$ORIGIN")
@@ -52,7 +53,7 @@ set(CPACK_DEBIAN_PACKAGE_RECOMMENDS clang-19)
 set(CPACK_ARCHIVE_THREADS 0)
 set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/package_layout.cmake)
 set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/package_files.cmake)
-# The packages hold what is installed; `packages` builds that and no tests.
+# The target `packages` builds the installed files and no tests.
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 include(CPack)
 

@@ -8,12 +8,14 @@ target_include_directories(sunstone_options INTERFACE ${PROJECT_SOURCE_DIR}/src)
 target_compile_options(sunstone_options INTERFACE
     $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wno-missing-field-initializers -Wno-unused-command-line-argument>
     $<$<BOOL:${SUNSTONE_WERROR}>:-Werror>
-    # Results must not depend on a compiler's fusing: code that needs FMA requests it.
+    # Compilers must not fuse operations, because results must not depend on it; code that needs FMA
+    # requests it.
     -ffp-contract=off)
 if(SUNSTONE_SANITIZE)
     target_compile_options(sunstone_options INTERFACE
         -fsanitize=${SUNSTONE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined
-        # enum: C callers pass values that no enumerator has, and get an error for it.
+        # enum: C callers may pass values without an enumerator; the library returns an error for
+        # them.
         -fno-sanitize=vptr,function,enum)
     target_link_options(sunstone_options INTERFACE -fsanitize=${SUNSTONE_SANITIZE})
     # C programs of the tests use the libraries without these options.

@@ -9,7 +9,7 @@ function(sunstone_embed target symbol file)
     get_filename_component(EMBED_FILE_NAME ${file} NAME)
     set(source ${CMAKE_CURRENT_BINARY_DIR}/${symbol}.cpp)
     configure_file(${PROJECT_SOURCE_DIR}/samples/common/embedded_text.cpp.in ${source} @ONLY)
-    # The assembler reads the text where compilers see no include.
+    # The assembler reads the text, because compilers do not track such an include.
     set_source_files_properties(${source} PROPERTIES OBJECT_DEPENDS ${file})
     target_sources(${target} PRIVATE ${source})
 endfunction()

@@ -12,8 +12,8 @@ file(CONFIGURE OUTPUT ${toolkit}/nvvm/libdevice/README CONTENT
 file(CONFIGURE OUTPUT ${toolkit}/version.json CONTENT
     "{\"cuda\": {\"name\": \"Sunstone\", \"version\": \"13.0.0\"}}\n")
 configure_file(${PROJECT_SOURCE_DIR}/cmake/cuda/clang.cmake ${toolkit}/clang.cmake COPYONLY)
-# Drivers hold the toolkit's device runtime; linkers want the archive. It is in a folder of its own:
-# beside libcudart it would hide the archive of NVIDIA's nvcc.
+# Drivers contain the toolkit's device runtime, but linkers require its archive. The archive is in
+# its own folder, because beside libcudart it would hide the archive of NVIDIA's nvcc.
 file(CONFIGURE OUTPUT ${toolkit}/device/libcudadevrt.a CONTENT "!<arch>\n")
 
 # Links of the build tree.

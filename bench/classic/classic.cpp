@@ -58,7 +58,7 @@ public:
         check(rtAccelerationMarkDirty(top_));
     }
     void paint(float red) { check(rtVariableSet3f(albedo_, red, 0.5f, 0.5f)); }
-    // As many materials more, each with a closest-hit program of a text of its own, which no cache
+    // Adds materials, each with a closest-hit program from a PTX text of its own, which no cache
     // has.
     void addMaterials(unsigned count) {
         const auto now = std::chrono::system_clock::now().time_since_epoch().count();

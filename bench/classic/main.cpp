@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A path tracer through the classic API against the same through OptiX 7, in one process, launches
-// in turn; then what changes of a classic scene cost. On a machine with a GPU both run on it.
+// Compares one path tracer through the classic API and through OptiX 7, in one process with
+// alternating launches; then measures the costs of changes in a classic scene. On a machine with a
+// GPU both run on it.
 //   bench_classic [--quick | --changes]     small scenes; changes alone
 // The best of several launches counts.
 #include "../scenes.h"
@@ -98,7 +99,7 @@ double seconds(Renderer& renderer) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// Pixels of the two pictures that differ.
+// The number of pixels that differ between two pictures.
 size_t differences(const std::vector<float>& a, const std::vector<float>& b) {
     size_t count = 0;
     for (size_t i = 0; i < a.size(); i += 4)

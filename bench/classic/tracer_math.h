@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both path tracers of this folder compute: random numbers, camera rays, shading, spheres. The
-// same lines for programs of the classic API and of OptiX 7.
+// The computations of both path tracers of this folder: random numbers, camera rays, shading,
+// spheres. Programs of the classic API and of OptiX 7 share this code.
 #pragma once
 
 #include "tracer_params.h"
@@ -111,7 +111,7 @@ __device__ __forceinline__ V3 triangleNormal(const float* vertices, const unsign
     return cross(b - a, c - a);
 }
 
-// The nearer or the farther meeting point within the interval; below tmin: none.
+// The nearer or the farther intersection within the interval; below tmin: none.
 __device__ __forceinline__ float meetSphere(V3 origin, V3 direction, const float* sphere,
                                             float tmin, float tmax) {
     const V3 o = origin - vec(sphere);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What hosts and device code of both path tracers share.
+// Data that the hosts and the device code of both path tracers share.
 #pragma once
 
 namespace twin {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One path tracer through two APIs, each in a file of its own: their headers share names.
+// One path tracer through two APIs. Each is in a file of its own, because the APIs' headers share
+// names.
 #pragma once
 
 #include "tracer_params.h"
@@ -11,7 +12,7 @@
 
 namespace twin {
 
-// A mesh, or spheres where it is empty, seen through instances.
+// Instances of a mesh, or of spheres if the mesh is empty.
 struct Scene {
     std::string name;
     std::vector<float> vertices;                  // 3 each
@@ -28,7 +29,7 @@ public:
     virtual std::vector<float> picture() = 0; // of the last launch; four floats a pixel
 };
 
-// Text of a file of the build, or of one with that name beside the program.
+// The text of a file of the build, or of the file with that name beside the program.
 std::string readDeviceCode(const char* path);
 
 // Throw std::runtime_error.
@@ -37,13 +38,13 @@ std::unique_ptr<Renderer> makeClassic(const Scene& scene, unsigned width, unsign
 std::unique_ptr<Renderer> makeOptix7(const Scene& scene, unsigned width, unsigned height,
                                      unsigned samples);
 
-// Milliseconds of things that classic applications do.
+// Milliseconds of common operations of classic applications.
 struct ClassicTimes {
     double createPrograms; // 1,460 programs of five texts
     double moveInstance;   // from a new transform to the end of a small launch, 10,000 instances
     double setVariable;    // the same for a variable of a material
     double smallLaunch;    // the same launch without a change
-    // Once: 100 programs of as many texts, and the first launch of a context that uses them.
+    // Measured once: 100 programs from 100 texts, and the first launch of a context with them.
     double createMany, firstLaunch;
 };
 ClassicTimes timeClassic(const Scene& scene);

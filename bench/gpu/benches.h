@@ -19,7 +19,7 @@ struct Settings {
     unsigned width = 1920, height = 1080, repeats = 10;
 };
 
-// Builds a scene with every preference, then shoots rays at it.
+// Builds a scene with every preference, then traces rays through it.
 void benchWorld(OptixDeviceContext context, const std::string& name, const Settings& settings,
                 Measurements& measurements);
 // Frames of the samples' path tracer.
@@ -28,8 +28,8 @@ void benchPathTracer(OptixDeviceContext context, const Settings& settings,
 // Frames of a ray tracer whose closest-hit programs trace.
 void benchRecursion(OptixDeviceContext context, const Settings& settings,
                     Measurements& measurements);
-// PTX to pipeline. `name` is "compile cold" or "compile cached"; the folder of the cache decides,
-// and whether an earlier process has filled it.
+// Time from PTX to pipeline. `name` is "compile cold" or "compile cached"; the content of the cache
+// folder decides which of the two is measured.
 void benchCompile(OptixDeviceContext context, const std::string& name, const Settings& settings,
                   Measurements& measurements);
 
@@ -42,13 +42,13 @@ void benchFirstBuild(const std::string& name, bool moves, const Settings& settin
 // Kinds of denoisers at several sizes.
 void benchDenoiser(OptixDeviceContext context, const Settings& settings,
                    Measurements& measurements);
-// Whether denoised pictures are those of the first run, to the bit: two runs of Sunstone, on a CPU
-// and on a GPU.
+// Compares denoised pictures with those of the first run bit for bit, for two runs of Sunstone, on
+// a CPU and on a GPU.
 void compareDenoisers(OptixDeviceContext context, const Settings& settings,
                       Measurements& measurements);
 
-// The file that carries an array from the first library to the second. Returns whether it was
-// there; else it is written with `mine`.
+// Exchanges an array between the first and the second library through a file. Returns whether the
+// file existed; if not, writes `mine`.
 bool exchange(const Settings& settings, const std::string& name, void* mine, size_t size,
               void* theirs);
 

@@ -15,7 +15,7 @@ namespace bench {
 namespace {
 
 double compileOnce(OptixDeviceContext context, unsigned round) {
-    // After the last brace, so that the line numbers stay the same.
+    // The comment follows the last brace, so that line numbers do not change.
     const std::string text =
         std::string(path_tracer_ptx()) + "\n// round " + std::to_string(round) + "\n";
     const auto start = std::chrono::steady_clock::now();

@@ -16,7 +16,7 @@ namespace {
 
 using Pixels = std::vector<float>; // 4 floats a pixel
 
-// A number below 1 from 0 on, for a place and a purpose.
+// A number in [0, 1) for a place and a purpose.
 float chance(uint32_t x, uint32_t y, uint32_t purpose) {
     uint32_t h = x * 0x9E3779B1u ^ (y + 0x7F4A7C15u) * 0x85EBCA77u ^ (purpose + 1) * 0xC2B2AE3Du;
     for (int i = 0; i < 2; ++i) {
@@ -27,7 +27,7 @@ float chance(uint32_t x, uint32_t y, uint32_t purpose) {
     }
     return float(h >> 8) * 0x1p-24f;
 }
-// Mean 1, as of four paths.
+// Noise with mean 1, as of four paths.
 float noise(uint32_t x, uint32_t y, uint32_t purpose) {
     float product = 1;
     for (uint32_t i = 0; i < 4; ++i)
@@ -122,7 +122,7 @@ public:
 
     bool isLimited() const { return kind_.kind == OPTIX_DENOISER_MODEL_KIND_LDR; }
 
-    // Uploads a frame; the one before, or this one, is its previous one.
+    // Uploads a frame. Its previous frame is the one uploaded before; for the first frame, itself.
     void show(const Drawing& drawing) {
         Pixels noisy = drawing.noisy;
         if (isLimited())
@@ -167,7 +167,7 @@ public:
         CUDA_CHECK(cudaDeviceSynchronize());
         return output_.download<float>();
     }
-    // The denoised last frame of as many as the kind needs.
+    // Denoises as many frames as the kind needs; returns the last.
     Pixels denoised(const Drawing& first) {
         const unsigned frames = kind_.kind == OPTIX_DENOISER_MODEL_KIND_TEMPORAL ? 4 : 1;
         for (unsigned i = 0; i < frames; ++i) {

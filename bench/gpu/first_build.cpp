@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Latency of a process's first structures: a device context on the existing CUDA context, sizes and
-// builds, to the end of the work on the stream. It includes compiling or loading the library's
-// builders. Primitives are few, so that building takes little of it. The environment gives the
-// folder of OptiX's disk cache, because the context may need it at creation; the driver's own cache
-// is as in compile.cpp.
+// Latency of a process's first structures: from the creation of a device context on the existing
+// CUDA context, through sizes and builds, to the end of the work on the stream. It includes
+// compiling or loading the library's builders. There are few primitives, so that the builds
+// themselves take little time. The environment gives the folder of OptiX's disk cache, because the
+// context may need it at creation; the driver's own cache is as in compile.cpp.
 #include "benches.h"
 #include "world.h"
 

@@ -56,7 +56,7 @@ V3<T> directionOf(const Ray& ray) {
     return {T(ray.direction[0]), T(ray.direction[1]), T(ray.direction[2])};
 }
 
-// Whether double precision leaves it open that the ray meets the triangle.
+// Whether the ray may meet the triangle, decided in double precision.
 bool mayHit(const Corners<double>& k, V3<double> d) {
     const double u = dot(d, cross(k.b, k.c)), v = dot(d, cross(k.c, k.a)),
                  w = dot(d, cross(k.a, k.b));
@@ -64,7 +64,7 @@ bool mayHit(const Corners<double>& k, V3<double> d) {
     return std::min({u, v, w}) >= -slack || std::max({u, v, w}) <= slack;
 }
 
-// Exact, edges included; infinity: no hit.
+// The exact distance, edges included; infinity: no hit.
 double exactHit(const Mesh& mesh, const Ray& ray, uint32_t triangle) {
     const auto k = cornersOf<Real>(mesh, ray, triangle);
     const auto d = directionOf<Real>(ray);
@@ -108,7 +108,7 @@ struct Tally {
     double worstOurs = 0, worstReference = 0;
     bool judges = false;
 
-    // Null if all answers are equal.
+    // Null if all hits are equal.
     nlohmann::json counts(size_t rays) const {
         if (found + primitive + distance == 0)
             return nullptr;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides which of two different answers to a ray is right: rays against triangles in arithmetic of
-// 113 bits, precise enough for vertices and rays of ordinary exponents.
+// Decides which of two different hits of a ray is right, by ray/triangle tests with 113 bits of
+// precision, which suffices for vertices and rays of ordinary exponents.
 #pragma once
 
 #include "programs.h"

@@ -2,8 +2,8 @@
 // Rays per second, build times, memory, frames of a path tracer, denoising, compile times and times
 // of first builds on a GPU, through the OptiX API and by events on the stream. It measures the
 // libnvoptix that the loader finds, so that the same binary and PTX run on Sunstone and on another
-// library. The second run starts secondary rays at the first one's hits and reports the differences
-// between its hits and those; in scenes of triangles, also which side is right.
+// library. The second run starts secondary rays at the hits of the first run and reports the
+// differences between the hits of both; in scenes of triangles, also which side is right.
 //   bench_gpu --hits /tmp/h --label reference --json ref.json     with the other library
 //   bench_gpu --hits /tmp/h --json ours.json                      with Sunstone
 //   bench_gpu --report "ref.json ours.json"                       the table; 1 if a bar is missed

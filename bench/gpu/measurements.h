@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The results of bench_gpu: numbers with their scene, name and unit, as JSON; and the table that
-// compares the files of two libraries and says which bars are met.
+// compares the files of two libraries, with the bars met.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -16,7 +16,7 @@ public:
 
     // Prints the line too.
     void add(const std::string& scene, const std::string& what, double value, const char* unit);
-    // How two libraries' hits of the same rays differ: further members of the file.
+    // Adds the differences of two libraries' hits as further members of the file.
     void addDifferences(const std::string& scene, const std::string& what, nlohmann::json counts);
     // Throws std::runtime_error if the file cannot be written.
     void write(const std::string& path) const;
@@ -27,7 +27,7 @@ private:
 };
 
 // Reads files written by Measurements with the labels "reference" and "sunstone" and prints tables.
-// Returns how many bars were missed. Throws std::runtime_error on files of another form.
+// Returns the number of missed bars. Throws std::runtime_error on files of another form.
 int printReport(const std::vector<std::string>& files);
 
 } // namespace bench

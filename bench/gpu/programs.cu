@@ -85,7 +85,8 @@ extern "C" __global__ void __miss__clear() {
         optixSetPayload_0(0);
 }
 
-// A leaf's pair of triangles is a square, which shows a checkered disc: nearly a third of its area.
+// A leaf's pair of triangles is a square with a checkered disc, which covers nearly a third of its
+// area.
 extern "C" __global__ void __anyhit__cutout() {
     const float2 b = optixGetTriangleBarycentrics();
     // Triangle 0 has the corners (0, 0), (1, 0), (1, 1), triangle 1 (0, 0), (1, 1), (0, 1).

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds and rays of one scene. Secondary rays start at the first library's hits, so that both
-// libraries trace the same.
+// libraries trace the same rays.
 #include "benches.h"
 #include "judge.h"
 #include "world.h"
@@ -68,7 +68,7 @@ public:
         std::vector<Surfel> points(primary.size());
         for (size_t i = 0; i < points.size(); ++i)
             points[i] = world_.surfel(primary[i], first[i], times[i]);
-        // A ray from a hit has its time.
+        // A ray from a hit has the time of the hit's ray.
         std::vector<float> later;
         for (size_t i = 0; i < points.size(); ++i)
             if (points[i].hit)
@@ -141,7 +141,7 @@ void benchWorld(OptixDeviceContext context, const std::string& name, const Setti
                 Measurements& measurements) {
     const World world = makeWorld(name, settings.scale);
     WorldBench bench(context, world, settings, measurements);
-    if (world.buildFlags == 0) // else the same as without
+    if (world.buildFlags == 0) // otherwise equal to the default
         bench.builds();
     bench.rays();
 }

@@ -20,7 +20,7 @@ namespace {
 constexpr unsigned kDepth = 4, kSamples = 4;
 enum Material : uint8_t { kMatt, kMirror, kGlass, kMaterials };
 
-// The material of each triangle, the same for 64 consecutive ones.
+// The material of each triangle, equal for 64 consecutive triangles.
 std::vector<uint8_t> materialsOf(const Mesh& mesh) {
     std::vector<uint8_t> materials(mesh.numTriangles());
     for (size_t i = 0; i < materials.size(); ++i) {

@@ -66,7 +66,7 @@ extern "C" __global__ void __miss__sun() {
     optixSetPayload_0(0);
 }
 
-// The surface's normal, against the ray, and whether the ray comes from its back.
+// The surface's normal on the ray's side, and whether the ray meets the back.
 DEVICE float3 hitNormal(bool& back) {
     const uint3 corners = params.triangles[optixGetPrimitiveIndex()];
     const float3 a = params.vertices[corners.x];

@@ -165,8 +165,8 @@ void DeviceWorld::describeInstances(OptixDeviceContext context, const World& wor
     input_.instanceArray.numInstances = world.count();
 }
 
-// By turns a matrix that shifts the child by half its radius, and one that also rotates it by 30
-// degrees.
+// Alternates between a transform that shifts the child by half its radius and one that also rotates
+// it by 30 degrees.
 std::vector<OptixTraversableHandle> DeviceWorld::makeTransforms(size_t count) {
     constexpr size_t kStride = (sizeof(OptixSRTMotionTransform) + 63) / 64 * 64;
     std::vector<unsigned char> bytes(count * kStride);
@@ -206,7 +206,7 @@ void DeviceWorld::describeSpheres(const World& world) {
     std::vector<OptixAabb> boxes(world.count());
     for (size_t i = 0; i < boxes.size(); ++i) {
         const float* s = &world.spheres[4 * i];
-        // Outwards, so that rounding leaves the sphere inside.
+        // Rounded outwards, so that the sphere stays inside.
         const float r = std::nextafter(s[3], std::numeric_limits<float>::infinity()) * 1.00001f;
         boxes[i] = {s[0] - r, s[1] - r, s[2] - r, s[0] + r, s[1] + r, s[2] + r};
     }

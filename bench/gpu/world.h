@@ -38,7 +38,8 @@ struct World {
     unsigned buildFlags = 0;     // of the structure that rays meet
 
     uint32_t count() const; // of triangles, instances or spheres
-    // Where the ray met the scene, with a normal (of rotating parts, that at the first key).
+    // The point where the ray met the scene, with a normal (for rotating parts, the normal at the
+    // first key).
     Surfel surfel(const Ray& ray, const GpuHit& hit, float time) const;
 };
 
@@ -102,7 +103,7 @@ private:
     OptixShaderBindingTable table_ = {};
 };
 
-// Milliseconds of the fastest of several repetitions, by events on the default stream; slow work is
+// The fastest of several repetitions in milliseconds, by events on the default stream. Slow work is
 // repeated less often, but at least twice.
 double fastest(int repeats, const std::function<void()>& work);
 

@@ -12,6 +12,6 @@ string(CONCAT CMAKE_CUDA_FLAGS_INIT "-nocudainc -nocudalib -Wno-unknown-cuda-ver
 foreach(kind IN ITEMS EXE SHARED MODULE) # for cudadevrt, which CMake links
     set(CMAKE_${kind}_LINKER_FLAGS_INIT "-L${CMAKE_CURRENT_LIST_DIR}/device")
 endforeach()
-# CMake reads the flags of its first test from the environment alone.
+# CMake reads the flags of its first test only from the environment.
 set(ENV{CUDAFLAGS} "${CMAKE_CUDA_FLAGS_INIT}")
 set(CMAKE_CUDA_FLAGS_INIT "")

@@ -3,7 +3,7 @@
 #ifndef SUNSTONE_CHANNEL_DESCRIPTOR_H
 #define SUNSTONE_CHANNEL_DESCRIPTOR_H
 #ifndef __CHANNEL_DESCRIPTOR_H__
-#define __CHANNEL_DESCRIPTOR_H__ // a toolkit's header steps aside
+#define __CHANNEL_DESCRIPTOR_H__ // disables a toolkit's header
 #endif
 
 #include "cuda_runtime_api.h"

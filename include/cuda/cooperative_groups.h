@@ -37,8 +37,8 @@ SUNSTONE_GROUP_STATIC T fromLane(unsigned int mask, T value, unsigned int lane) 
     return value;
 }
 
-// The word that a launch provides for its grid. Each block adds to it once per barrier; the first
-// block adds so much that the top bit changes when all blocks have arrived.
+// The word that a launch provides for its grid. Each block adds to it once per barrier. The first
+// block adds a value with which the top bit changes when all blocks have arrived.
 SUNSTONE_GROUP_STATIC unsigned int* gridBarrier() {
     unsigned int low, high;
     asm("mov.u32 %0, %%envreg2;" : "=r"(low));

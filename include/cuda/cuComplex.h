@@ -5,7 +5,7 @@
 #ifndef SUNSTONE_CU_COMPLEX_H
 #define SUNSTONE_CU_COMPLEX_H
 #ifndef CU_COMPLEX_H_
-#define CU_COMPLEX_H_ // a toolkit's header steps aside
+#define CU_COMPLEX_H_ // disables a toolkit's header
 
 #include "vector_functions.h"
 #include "vector_types.h"

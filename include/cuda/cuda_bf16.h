@@ -4,7 +4,7 @@
 #ifndef SUNSTONE_CUDA_BF16_H
 #define SUNSTONE_CUDA_BF16_H
 #ifndef __CUDA_BF16_H__
-#define __CUDA_BF16_H__ // a toolkit's header steps aside
+#define __CUDA_BF16_H__ // disables a toolkit's header
 #endif
 
 #include "cuda_runtime.h"
@@ -51,7 +51,7 @@ typedef __nv_bfloat162 nv_bfloat162;
 #define CUDART_ONE_BF16 __ushort_as_bfloat16((unsigned short)0x3f80u)
 
 #ifdef __CUDACC_RTC__
-#include "cuda_fp16.h" // headers of a toolkit take both types from one source
+#include "cuda_fp16.h" // toolkit headers define both types with either include
 #endif
 
 #endif

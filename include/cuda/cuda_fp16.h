@@ -4,7 +4,7 @@
 #ifndef SUNSTONE_CUDA_FP16_H
 #define SUNSTONE_CUDA_FP16_H
 #ifndef __CUDA_FP16_H__
-#define __CUDA_FP16_H__ // a toolkit's header steps aside
+#define __CUDA_FP16_H__ // disables a toolkit's header
 #endif
 
 #include "cuda_runtime.h"
@@ -79,7 +79,7 @@ typedef __half2 half2;
 #define CUDART_ONE_FP16 __ushort_as_half((unsigned short)0x3c00u)
 
 #ifdef __CUDACC_RTC__
-#include "cuda_bf16.h" // headers of a toolkit take both types from one source
+#include "cuda_bf16.h" // toolkit headers define both types with either include
 #endif
 
 #endif

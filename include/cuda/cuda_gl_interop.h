@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Buffers and textures of OpenGL in the runtime API. Programs compile and link; each function
-// returns cudaErrorNotSupported and the first call says so on stderr. Programs that have a path
-// through host memory take it then.
+// OpenGL interoperability of the runtime API, unsupported: programs compile and link, each function
+// returns cudaErrorNotSupported, and the first call writes a line to stderr. Programs with a path
+// through host memory then take it.
 #ifndef SUNSTONE_CUDA_GL_INTEROP_H
 #define SUNSTONE_CUDA_GL_INTEROP_H
 
 #include "cuda_runtime_api.h"
 
-// Two types suffice where OpenGL's own header is missing or comes later.
+// Two types are enough if OpenGL's own header is missing or included later.
 #if defined(__has_include)
 #if __has_include(<GL/gl.h>)
 #include <GL/gl.h>

@@ -4,12 +4,12 @@
 #ifndef SUNSTONE_CUDA_RUNTIME_H
 #define SUNSTONE_CUDA_RUNTIME_H
 #ifndef __CUDA_RUNTIME_H__
-#define __CUDA_RUNTIME_H__ // a toolkit's header steps aside
+#define __CUDA_RUNTIME_H__ // disables a toolkit's header
 #endif
 
 #include "host_defines.h"
 
-// clang's language; nvcc has none of it. Our nvcc is clang and defines __NVCC__, too.
+// Language extensions of clang, without those of nvcc. Our nvcc is clang and also defines __NVCC__.
 #if defined(__CUDA__)
 #ifndef __CUDACC__
 #define __CUDACC__ 1
@@ -26,9 +26,9 @@
 #include <math.h>
 #include "sunstone/library.h"
 #ifdef __cplusplus
-#include <new> // in clang's version operator new and delete of device code, on malloc and free
+#include <new> // with clang: operator new and delete of device code, on malloc and free
 #ifndef __CUDACC_RTC__
-#include <utility> // as the toolkit's header does: loops over braced lists rely on it
+#include <utility> // as in the toolkit's header: loops over braced lists rely on it
 #endif
 #endif
 #include "sunstone/warp.h"

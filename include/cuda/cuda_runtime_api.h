@@ -3,7 +3,7 @@
 #ifndef SUNSTONE_CUDA_RUNTIME_API_H
 #define SUNSTONE_CUDA_RUNTIME_API_H
 #ifndef __CUDA_RUNTIME_API_H__
-#define __CUDA_RUNTIME_API_H__ // a toolkit's header steps aside
+#define __CUDA_RUNTIME_API_H__ // disables a toolkit's header
 #endif
 
 #include "driver_types.h"

@@ -3,7 +3,7 @@
 #ifndef SUNSTONE_DEVICE_LAUNCH_PARAMETERS_H
 #define SUNSTONE_DEVICE_LAUNCH_PARAMETERS_H
 #ifndef __DEVICE_LAUNCH_PARAMETERS_H__
-#define __DEVICE_LAUNCH_PARAMETERS_H__ // a toolkit's header steps aside
+#define __DEVICE_LAUNCH_PARAMETERS_H__ // disables a toolkit's header
 #endif
 
 #include "cuda_runtime.h"

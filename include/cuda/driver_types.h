@@ -4,7 +4,7 @@
 #ifndef SUNSTONE_DRIVER_TYPES_H
 #define SUNSTONE_DRIVER_TYPES_H
 #ifndef __DRIVER_TYPES_H__
-#define __DRIVER_TYPES_H__ // a toolkit's header steps aside
+#define __DRIVER_TYPES_H__ // disables a toolkit's header
 #endif
 #ifndef __DEVICE_TYPES_H__
 #define __DEVICE_TYPES_H__

@@ -4,7 +4,7 @@
 #ifndef SUNSTONE_HOST_DEFINES_H
 #define SUNSTONE_HOST_DEFINES_H
 #ifndef __HOST_DEFINES_H__
-#define __HOST_DEFINES_H__ // a toolkit's header steps aside
+#define __HOST_DEFINES_H__ // disables a toolkit's header
 #endif
 
 #define CUDARTAPI

@@ -3,7 +3,7 @@
 #ifndef SUNSTONE_MATH_CONSTANTS_H
 #define SUNSTONE_MATH_CONSTANTS_H
 #ifndef __MATH_CONSTANTS_H__
-#define __MATH_CONSTANTS_H__ // a toolkit's header steps aside
+#define __MATH_CONSTANTS_H__ // disables a toolkit's header
 #endif
 
 #define CUDART_INF_F __int_as_float(0x7f800000)

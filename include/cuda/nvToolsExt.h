@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The place of this header before NVTX 3.
+// The path of nvtx3/nvToolsExt.h before NVTX 3.
 #ifndef SUNSTONE_TOP_NVTOOLSEXT_H
 #define SUNSTONE_TOP_NVTOOLSEXT_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The place of this header before NVTX 3.
+// The path of nvtx3/nvToolsExtCuda.h before NVTX 3.
 #ifndef SUNSTONE_TOP_NVTOOLSEXTCUDA_H
 #define SUNSTONE_TOP_NVTOOLSEXTCUDA_H
 

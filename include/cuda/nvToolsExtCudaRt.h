@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The place of this header before NVTX 3.
+// The path of nvtx3/nvToolsExtCudaRt.h before NVTX 3.
 #ifndef SUNSTONE_TOP_NVTOOLSEXTCUDART_H
 #define SUNSTONE_TOP_NVTOOLSEXTCUDART_H
 

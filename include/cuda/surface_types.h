@@ -3,7 +3,7 @@
 #ifndef SUNSTONE_SURFACE_TYPES_H
 #define SUNSTONE_SURFACE_TYPES_H
 #ifndef __SURFACE_TYPES_H__
-#define __SURFACE_TYPES_H__ // a toolkit's header steps aside
+#define __SURFACE_TYPES_H__ // disables a toolkit's header
 #endif
 
 #include "driver_types.h"

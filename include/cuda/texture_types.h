@@ -3,7 +3,7 @@
 #ifndef SUNSTONE_TEXTURE_TYPES_H
 #define SUNSTONE_TEXTURE_TYPES_H
 #ifndef __TEXTURE_TYPES_H__
-#define __TEXTURE_TYPES_H__ // a toolkit's header steps aside
+#define __TEXTURE_TYPES_H__ // disables a toolkit's header
 #endif
 
 #include "driver_types.h"

@@ -3,7 +3,7 @@
 #ifndef SUNSTONE_VECTOR_FUNCTIONS_H
 #define SUNSTONE_VECTOR_FUNCTIONS_H
 #ifndef __VECTOR_FUNCTIONS_H__
-#define __VECTOR_FUNCTIONS_H__ // a toolkit's header steps aside
+#define __VECTOR_FUNCTIONS_H__ // disables a toolkit's header
 #endif
 
 #include "vector_types.h"

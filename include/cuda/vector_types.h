@@ -3,12 +3,12 @@
 #ifndef SUNSTONE_VECTOR_TYPES_H
 #define SUNSTONE_VECTOR_TYPES_H
 #ifndef __VECTOR_TYPES_H__
-#define __VECTOR_TYPES_H__ // a toolkit's header steps aside
+#define __VECTOR_TYPES_H__ // disables a toolkit's header
 #endif
 
 #include "host_defines.h"
 
-// Toolkit headers put these around uses of the types that CUDA 13 deprecates.
+// Toolkit headers enclose uses of the types that CUDA 13 deprecates in these.
 #ifndef __NV_SILENCE_DEPRECATION_BEGIN
 #define __NV_SILENCE_DEPRECATION_BEGIN
 #define __NV_SILENCE_DEPRECATION_END

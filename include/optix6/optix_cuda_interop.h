@@ -15,7 +15,7 @@ RTresult RTAPI rtBufferCreateForCUDA(RTcontext context, unsigned int bufferdesc,
 /* The address of the buffer's memory on a device. */
 RTresult RTAPI rtBufferGetDevicePointer(RTbuffer buffer, int optix_device_ordinal,
                                         void** device_pointer);
-/* Tells that device code of the application has changed the buffer. */
+/* Reports that device code of the application has changed the buffer. */
 RTresult RTAPI rtBufferMarkDirty(RTbuffer buffer);
 /* Makes memory of the application the buffer's memory on a device. */
 RTresult RTAPI rtBufferSetDevicePointer(RTbuffer buffer, int optix_device_ordinal,

@@ -24,7 +24,7 @@
 #define RT_PROGRAM __global__
 #define RT_CALLABLE_PROGRAM __device__ __noinline__
 
-// A variable, and beside it what the library has to know of it.
+// A variable, followed by the information that the library needs about it.
 #define rtDeclareVariable(type, name, semantic, annotation)                                        \
     namespace rti_internal_typeinfo {                                                              \
     __device__ ::rti_internal_typeinfo::rti_typeinfo name = {                                      \
@@ -195,7 +195,7 @@ private:
     int m_id;
 };
 
-// A buffer that the host binds to a variable. It has no members: the library knows it by its size.
+// A buffer that the host binds to a variable. Without members: the library recognises its size.
 template <typename T, int Dim = 1>
 struct buffer {
     typedef typename VectorTypes<optix_size_t, Dim>::Type WrapperType;
@@ -399,7 +399,7 @@ SUNSTONE_OPTIX_DEVICE unsigned int rtGetExceptionCode() {
 
 SUNSTONE_OPTIX_DEVICE void rtPrintf(const char* fmt) {
     _RT_PRINT_ACTIVE()
-    printf(fmt, 0); // a number that no conversion asks for: the format is the caller's
+    printf(fmt, 0); // an extra argument, because the caller provides the format
 }
 template <typename T1, typename... Rest>
 SUNSTONE_OPTIX_DEVICE void rtPrintf(const char* fmt, T1 arg1, Rest... rest) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// OptiX device functions, for programs compiled to PTX. Each becomes one call of an `_optix_*`
+// OptiX device functions, for programs compiled to PTX. Each is one call of an `_optix_*`
 // intrinsic, which the library's compiler replaces, or arithmetic on such calls. Read next:
 // internal/optix_7_device_impl.h. Source: OptiX API reference 7.4, sections 3.1, 6.2. ../optix76
-// reads this text as OptiX 7.6, with the additions between SUNSTONE_OPTIX_API lines.
+// includes this file as OptiX 7.6, with the additions between SUNSTONE_OPTIX_API lines.
 //
 // Program types: RG ray generation, IS intersection, AH any-hit, CH closest-hit, MS miss, EX
 // exception, DC direct callable, CC continuation callable. Each function lists the types that may
@@ -54,7 +54,8 @@ static __forceinline__ __device__ float3 optixGetWorldRayOrigin();
 static __forceinline__ __device__ float3 optixGetWorldRayDirection();
 /** Origin of the ray in the space of the current primitive. IS AH. [3.1.2.45] */
 static __forceinline__ __device__ float3 optixGetObjectRayOrigin();
-/** Direction of the ray in that space, not normalised: t is the same in both. IS AH. [3.1.2.44] */
+/** Direction of the ray in that space, not normalised: t equals that in world space. IS AH.
+    [3.1.2.44] */
 static __forceinline__ __device__ float3 optixGetObjectRayDirection();
 /** tmin of the ray. IS AH CH MS. [3.1.2.86] */
 static __forceinline__ __device__ float optixGetRayTmin();
@@ -403,8 +404,7 @@ static __forceinline__ __device__ char* optixGetExceptionLineInfo();
     anisotropy. x, y: texture coordinates. singleMipLevel: set to whether one level holds it all.
     Result: 64 bits of mask (x, y), bit 0 for the group at (8 * tileX, 8 * tileY); z: tileY in bits
     0-11, dx 16-18, dy 19-21, granularity 24-27 (0: as requested); w: tileX in bits 0-11, level
-    12-15. dx, dy: so many columns and rows at the end of the mask stand 8 groups lower.
-    [3.1.2.151] */
+    12-15. The last dx columns and dy rows of the mask stand for groups 8 lower. [3.1.2.151] */
 static __forceinline__ __device__ uint4 optixTexFootprint2D(unsigned long long tex,
                                                             unsigned int texInfo, float x, float y,
                                                             unsigned int* singleMipLevel);

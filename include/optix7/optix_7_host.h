@@ -94,8 +94,8 @@ OptixResult optixPipelineDestroy(OptixPipeline pipeline);
 /** Sets stack sizes in bytes: for direct callables called from intersection and any-hit programs
     (FromTraversal), for those called from ray generation, miss and closest-hit programs
     (FromState), and for everything else. optix_stack_size.h computes them.
-    maxTraversableGraphDepth: the most traversables on a path; each structure and each motion
-    transform counts as one. Default: sizes for call trees of depth 2 without motion transforms.
+    maxTraversableGraphDepth: the most traversables on a path; each structure and each transform
+    counts as one. Default: sizes for call trees of depth 2 without motion transforms.
     [3.5.2.3] */
 OptixResult optixPipelineSetStackSize(OptixPipeline pipeline,
                                       unsigned int directCallableStackSizeFromTraversal,

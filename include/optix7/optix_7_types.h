@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // OptiX types: constants, handles, and structs whose sizes and offsets are the binary interface
-// between an application and the library (checked field by field in tests/headers). Host compilers
-// (C99, C++11) and device compilers read it, so it includes almost nothing. Read next:
+// between an application and the library (checked field by field in tests/headers). Compiles with
+// host compilers (C99, C++11) and device compilers, so it includes almost nothing. Read next:
 // optix_7_host.h or optix_7_device.h. Source: OptiX API reference 7.4, sections 3.12, 5, 6.7; OptiX
 // API reference 7.6, optix_7_host.h; layouts of 7.5 and 7.6 are those of their ABI.
 //
-// The text serves two versions: read from this folder it is OptiX 7.4; the folder ../optix76 reads
-// the same files as OptiX 7.6, whose additions are between SUNSTONE_OPTIX_API lines.
+// The file serves two versions: in this folder it is OptiX 7.4; ../optix76 includes it as OptiX
+// 7.6, whose additions are between SUNSTONE_OPTIX_API lines.
 //
 // Conventions: CUdeviceptr members are device addresses and may be 0 if marked optional. Strides
 // are in bytes; 0 means densely packed elements. Matrices are affine 3x4, row-major.

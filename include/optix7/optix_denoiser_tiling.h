@@ -4,9 +4,9 @@
 // 3.14.2.11, 5.38, 6.8.
 //
 // A tile's input is its output plus `overlap` pixels on each side, except at the edges of the
-// image. All inputs have the same size, min(tile + 2 * overlap, image): the first one starts at the
-// image's edge and yields tile + overlap pixels, the next ones `tile` pixels each, and the last one
-// is moved back into the image, so its first output pixel lies further inside its input.
+// image. All inputs have the same size, min(tile + 2 * overlap, image). The first input starts at
+// the image's edge and yields tile + overlap pixels; the next ones yield `tile` pixels each. The
+// last input is moved back into the image, so its first output pixel lies further inside it.
 #ifndef SUNSTONE_OPTIX7_OPTIX_DENOISER_TILING_H
 #define SUNSTONE_OPTIX7_OPTIX_DENOISER_TILING_H
 

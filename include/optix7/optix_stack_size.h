@@ -5,9 +5,9 @@
 //
 // Words: css, continuation stack of a program in bytes; dss, direct stack in bytes; RG ray
 // generation, MS miss, CH closest-hit, AH any-hit, IS intersection, CC continuation callable, DC
-// direct callable. A trace needs the larger of CH and MS plus the callables below it (a state); the
-// innermost trace may instead be in IS that calls AH. All sizes are bytes; result pointers may be
-// null.
+// direct callable. A state is the larger of CH and MS, plus the tree of CC below it. Each trace
+// needs a state; the innermost one may instead need IS plus AH. All sizes are bytes; result
+// pointers may be null.
 #ifndef SUNSTONE_OPTIX7_OPTIX_STACK_SIZE_H
 #define SUNSTONE_OPTIX7_OPTIX_STACK_SIZE_H
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places of micro-triangles, for programs that make opacity micromaps: host and device code, C++.
-// Source: OptiX 7.6 programming guide, opacity micromaps.
+// Positions of micro-triangles, for programs that make opacity micromaps. Host and device code,
+// C++. Source: OptiX 7.6 programming guide, opacity micromaps.
 #ifndef SUNSTONE_OPTIX76_OPTIX_MICROMAP_H
 #define SUNSTONE_OPTIX76_OPTIX_MICROMAP_H
 

@@ -11,16 +11,16 @@ public:
     // `summary` is the first line of --help.
     explicit Arguments(std::string summary) : summary_(std::move(summary)) {}
 
-    // Options write into the caller's variable, whose present value is the default shown by --help.
-    // `names` is "--output" or "-o,--output".
+    // Options write into the caller's variable. Its present value is the default that --help
+    // prints. `names` is "--output" or "-o,--output".
     void add(const std::string& names, unsigned& value, unsigned low, unsigned high,
              const std::string& help);
     void add(const std::string& names, std::string& value, const std::string& help);
-    // One argument without a name, which may be left out.
+    // One optional argument without a name.
     void addPositional(const std::string& name, std::string& value, const std::string& help);
 
     enum class Result { kRun, kHelp };
-    // Throws std::runtime_error naming the argument at fault. kHelp: help was printed.
+    // Throws std::runtime_error that names the wrong argument. kHelp: help was printed.
     Result parse(int argc, char** argv) const;
 
 private:

@@ -18,7 +18,7 @@ inline Camera makeCamera(float3 eye, float3 lookAt, float3 worldUp, float vertic
     camera.eye = eye;
     camera.forward = normalize(lookAt - eye);
     float3 right = cross(camera.forward, worldUp);
-    // Looking straight along worldUp: any sideways direction will do.
+    // The camera looks along worldUp: any perpendicular direction works.
     if (dot(right, right) < 1e-12f)
         right = cross(camera.forward, vec(0.0f, 0.0f, 1.0f));
     if (dot(right, right) < 1e-12f)

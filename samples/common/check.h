@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Error checks: each call of the CUDA runtime and of OptiX is wrapped in one of these macros, which
-// throw std::runtime_error with the call, its place and the library's own description.
+// Error checks: the samples wrap each call of the CUDA runtime and of OptiX in one of these macros,
+// which throw std::runtime_error with the call, its place and the library's description.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -16,7 +16,7 @@
                              std::to_string(line) + ")");
 }
 
-// Before optixInit has succeeded there is no function table to ask for a description.
+// Before optixInit has succeeded, there is no function table for a description.
 inline const char* optixReason(OptixResult result) {
     if (result == OPTIX_ERROR_LIBRARY_NOT_FOUND)
         return "libnvoptix.so.1 was not found (start the program with `sunstone run`)";

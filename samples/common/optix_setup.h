@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The steps that every OptiX program repeats: context, module, program groups, pipeline, records of
-// the shader binding table, building acceleration structures. The sample `hello` spells the first
-// ones out; the others use these functions.
+// the shader binding table, building acceleration structures. The sample `hello` contains the first
+// steps in full; other samples use these functions.
 #pragma once
 
 #include "device_buffer.h"
@@ -18,9 +18,9 @@ OptixDeviceContext createContext();
 // Owns the objects that a sample creates from one module of PTX.
 class Program {
 public:
-    // `launchParams` names the module's launch-parameter variable; `graphFlags`: the structures
-    // that rays may start at (OptixTraversableGraphFlags). `opacityMicromaps`: rays may meet some
-    // (OptiX 7.6); `motionBlur`: rays have times.
+    // `launchParams`: the name of the module's launch-parameter variable; `graphFlags`: the graphs
+    // that rays may traverse (OptixTraversableGraphFlags); `opacityMicromaps`: structures may have
+    // them (OptiX 7.6); `motionBlur`: rays have times.
     Program(OptixDeviceContext context, std::string_view ptx, unsigned payloadValues,
             unsigned attributeValues, unsigned primitiveTypeFlags,
             const char* launchParams = "params",
@@ -40,8 +40,8 @@ public:
                                          OptixPrimitiveType type);
     // One of the two may be null.
     OptixProgramGroup addCallables(const char* direct, const char* continuation);
-    // Links all groups added so far; call once. Callables do not call further ones; a graph of
-    // depth 1 is a geometry structure alone.
+    // Links all groups added so far; call once. Callables do not call further callables; a graph of
+    // depth 1 is a single geometry structure.
     OptixPipeline link(unsigned maxTraceDepth, unsigned maxGraphDepth = 1);
 
 private:
@@ -93,8 +93,8 @@ struct Accel {
     DeviceBuffer memory;
 };
 
-// Builds and then compacts one acceleration structure. Fewer than two keys mean no motion; `flags`
-// are further OptixBuildFlags.
+// Builds and then compacts one acceleration structure. Fewer than two keys: no motion. `flags`:
+// further OptixBuildFlags.
 Accel buildAccel(OptixDeviceContext context, const OptixBuildInput& input,
                  const OptixMotionOptions& motion = {}, unsigned flags = 0);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The common part of samples that render one picture: options for its file and size, a context, the
-// launch, the PNG. The sample `hello` spells these steps out; the others use these functions.
+// launch, the PNG. The sample `hello` contains these steps in full; other samples use these
+// functions.
 #pragma once
 
 #include "arguments.h"
@@ -33,6 +34,7 @@ void launch(OptixPipeline pipeline, const OptixShaderBindingTable& table, const 
 // Writes the PNG and prints its name. `image` has a float4 for each pixel; `filmic` as in toSrgb().
 void writePicture(const Picture& picture, const DeviceBuffer& image, bool filmic = false);
 
-// The rest of main(): reads the command line and calls `body` with a context that lives as long.
+// The rest of main(): reads the command line and calls `body` with a context, which it destroys
+// afterwards.
 int runSample(const char* name, const Arguments& arguments, int argc, char** argv,
               const std::function<void(OptixDeviceContext)>& body);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random directions for host and device code. Sines come from a polynomial: the C library and
-// device compilers round theirs differently, and pictures should not differ.
+// Random directions for host and device code. Sines come from a polynomial, because the C library
+// and device compilers round sines differently and pictures should be equal.
 #pragma once
 
 #include "vec.h"

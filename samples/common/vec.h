@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arithmetic on CUDA's float3 for host and device code. Only what the samples need.
+// Arithmetic on CUDA's float3 for host and device code. It has only the functions that the samples
+// need.
 #pragma once
 
 #include <cuda_runtime.h>

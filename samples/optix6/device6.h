@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What device files of the classic samples share: the camera's variables and random numbers.
+// Code that device files of the classic samples share: the camera's variables and random numbers.
 #pragma once
 
 #include <optix_world.h>

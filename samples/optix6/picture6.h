@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The common part of classic samples that render one picture: options for its file and size, a
-// camera as three vectors, the PNG. The sample `hello` spells these steps out.
+// camera as three vectors, the PNG. The sample `hello` contains these steps in full.
 #pragma once
 
 #include "arguments.h"

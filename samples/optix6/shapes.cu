@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spheres and parallelograms for all classic samples: an intersection and a bounding box program of
-// each. The attributes are a normal of length one, in object space, and texture coordinates.
+// Spheres and parallelograms for all classic samples, each with an intersection and a bounding box
+// program. The attributes are a normal of length one, in object space, and texture coordinates.
 #include <optix_world.h>
 
 using namespace optix;

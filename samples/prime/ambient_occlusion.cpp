@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bakes ambient occlusion into the vertices of a model with OptiX Prime, then draws the model with
-// it. The rays of all vertices are one batch; the answer is a bit for each.
+// it. The rays of all vertices are one batch, whose result is one bit per ray.
 #include "arguments.h"
 #include "picture.h"
 

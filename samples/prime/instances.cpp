@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model of instances with OptiX Prime: one model of a glTF file many times, each turned and of
-// its own size and colour, with shadows of a second query.
+// A model of instances with OptiX Prime: many instances of one model of a glTF file, each with its
+// own rotation, size and colour. A second query computes shadows.
 #include "arguments.h"
 #include "picture.h"
 
@@ -79,7 +79,7 @@ std::vector<Vec> draw(Model& scene, const GlbModel& model, const std::vector<Tra
         if (size_t(hit.instance) + 1 != transforms.size()) {
             const Triangle& t = model.triangles[size_t(hit.triangle)];
             const auto normal = [&](int32_t k) { return model.normals[size_t(k)]; };
-            // Rotations and one scale: normals turn as directions do.
+            // The transforms are rotations with one scale, so normals transform like directions.
             n = normalize(transforms[size_t(hit.instance)].direction(
                 (1 - hit.u - hit.v) * normal(t.a) + hit.u * normal(t.b) + hit.v * normal(t.c)));
         }

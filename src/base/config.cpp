@@ -40,7 +40,7 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
 
 constexpr unsigned long kMostThreads = 4096;
 
-// Whether all parts of the list between the separators are among the words.
+// Whether all items of the list between separators are among the words.
 bool areAll(const std::string& list, std::initializer_list<std::string_view> words) {
     std::string_view rest = list;
     for (;;) {
@@ -76,7 +76,7 @@ bool isLogList(const std::string& text) {
 
 using Values = std::array<std::string, kCount>;
 
-// Removes invalid values. The log cannot be used: it asks for a setting.
+// Removes invalid values. Uses no log, because the log reads a setting.
 void dropFaulty(Values& values) {
     for (size_t i = 0; i < kCount; ++i) {
         const std::string fault = settingFault(Setting(i), values[i]);

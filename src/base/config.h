@@ -35,14 +35,14 @@ struct SettingInfo {
     const char* meaning;
 };
 
-// The value of a setting at the first call for it; empty if the variable is unset. The first call
-// names all variables on stderr whose values are invalid, with the rule; they count as unset.
+// The value of a setting at its first query; empty if the variable is unset. The first call lists
+// all variables with invalid values on stderr, with the broken rule; they count as unset.
 const std::string& config(Setting setting);
 
 // The rule that a value breaks, or empty.
 std::string settingFault(Setting setting, const std::string& value);
 
-// Whether the variable is set, perhaps to nothing.
+// Whether the variable is set, even to the empty string.
 bool isSet(Setting setting);
 
 // The current value, for settings that a process may change before it creates a context.

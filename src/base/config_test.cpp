@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules of settings. tests/tools has the lines on stderr.
+// The rules of settings. tests/tools checks the lines on stderr.
 #include "base/config.h"
 
 #include <gtest/gtest.h>

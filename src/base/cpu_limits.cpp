@@ -93,7 +93,7 @@ std::optional<double> quotaIn(const std::string& folder, bool isSecond) {
     return *quota / *period;
 }
 
-// The folders of the group and of those around it, as far as they are mounted.
+// The folders of the group and of its ancestors, as far as they are mounted.
 std::vector<std::string> foldersOf(const Hierarchy& hierarchy, const std::string& root) {
     std::string path = groupOf(hierarchy, root);
     if (hierarchy.root != "/" && path.rfind(hierarchy.root, 0) == 0)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits of processors: made folders of control groups, the affinity of this process.
+// Processor limits: artificial control group folders, and the affinity of this process.
 #include "base/cpu_limits.h"
 
 #include "base/error.h"

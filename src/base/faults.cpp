@@ -41,8 +41,8 @@ constexpr int kSignals[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL};
 struct sigaction previous[NSIG];
 
 #if defined(__x86_64__)
-// For accesses that are misaligned, or lead to an address that is not canonical, the kernel reports
-// address 0 and this code.
+// For accesses that are misaligned or whose address is not canonical the kernel reports address 0
+// and this code.
 void findHiddenAddress(const ucontext_t& context, FaultFrame& frame) {
     const auto& all = context.uc_mcontext.gregs;
     const X86Registers registers = {
@@ -80,7 +80,7 @@ void describeMachine(const siginfo_t& info, const ucontext_t& context, FaultFram
 #endif
     if (frame.signal == SIGBUS && info.si_code == BUS_ADRALN)
         frame.kind = FaultFrame::kMisaligned;
-    // Memory this close to the stack pointer is there, unless the stack ends.
+    // An address this close to the stack pointer is mapped, unless the stack has overflowed.
     constexpr uint64_t kNear = 64 << 10;
     const auto distance = reinterpret_cast<uint64_t>(frame.address) -
                           reinterpret_cast<uint64_t>(frame.stackPointer) + kNear;

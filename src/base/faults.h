@@ -51,8 +51,9 @@ bool runFaultable(FaultFrame& frame, const Body& body) {
     return true;
 }
 
-// For functions that device code calls: ends the calling thread's device code as a fault does. The
-// cause lives for ever, and `address`, if not null, completes it. Returns if no frame receives faults.
+// For functions that device code calls: ends the calling thread's device code like a fault. `cause`
+// is never freed; `address`, if not null, completes the message. Returns if no frame receives
+// faults.
 void endDeviceCode(const char* cause, const void* address, const void* instruction);
 
 // One line with the kind of fault and the address.

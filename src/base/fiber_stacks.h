@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stacks for fibers: the threads of a block, the launch indices whose rays are in flight.
+// Stacks for fibers: threads of a block, and launch indices whose rays are in flight.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Switches between the stacks of a thread. Only the registers that a function must keep are saved:
-// the compiler does that for those it uses, so a switch takes a few cycles, and its jump goes to
-// one place, which the processor predicts. The floating-point modes stay those of the thread.
+// Switches between the stacks of a thread. The compiler saves only the registers in use that a
+// function must preserve, so a switch takes a few cycles. Its jump has one target, which the
+// processor predicts. The floating-point modes stay those of the thread.
 #pragma once
 
 #include "base/inline.h"
@@ -10,10 +10,10 @@
 
 namespace sunstone {
 
-// The stack pointer of a suspended fiber. The address of its next instruction is on top of its stack.
+// The stack pointer of a suspended fiber. Its next instruction's address is on top of its stack.
 using FiberContext = void*;
 
-// A fiber that begins with `entry`, which never returns. `stackTop`: the end of its stack.
+// A fiber that starts at `entry`, which never returns. `stackTop`: the end of its stack.
 inline FiberContext makeFiber(void* stackTop, void (*entry)()) {
     auto* const top = reinterpret_cast<uint64_t*>(reinterpret_cast<uint64_t>(stackTop) & ~15ull);
     top[-1] = 0; // the return address at which unwinders stop

@@ -18,7 +18,7 @@ namespace {
 
 std::atomic<bool> isChild{false};
 
-// Without the lock of the log: see refusesForkedChild().
+// Logs without the lock of the log: see refusesForkedChild().
 void explainOnce() {
     static std::atomic<bool> told{false};
     if (told.exchange(true) || !logEnabled(LogLevel::kFatal, "base"))
@@ -28,7 +28,7 @@ void explainOnce() {
     for (size_t i = 0; i < std::size(parts); ++i)
         lines[i] = {const_cast<char*>(parts[i].data()), parts[i].size()};
     if (writev(STDERR_FILENO, lines, int(std::size(lines))) < 0)
-        return; // nothing else to do
+        return; // no other output is possible
 }
 
 } // namespace

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opaque handles given to C callers. A handle is a number that the process gives once: the object's
-// slot in its table (24 bits, from 1) and a serial number of all tables (40 bits). A table
-// therefore refuses garbage, handles of other kinds, and handles of destroyed objects, also where a
-// new object has taken their memory. Lookups return shared ownership: destroying a handle while
+// Opaque handles given to C callers. A handle is a number that the process issues once: the
+// object's slot in its table (24 bits, from 1) and a serial number across all tables (40 bits). A
+// table therefore refuses garbage, handles of other kinds, and handles of destroyed objects, even
+// if a new object has their memory. Lookups return shared ownership: destroying a handle while
 // another thread uses the object is safe.
 #pragma once
 
@@ -23,7 +23,7 @@ constexpr unsigned kHandleSlotBits = 24;
 // A number that no other handle has, for the slot (0: of no table).
 uint64_t newHandle(uint64_t slot = 0);
 
-// Base of objects that know their handle.
+// Base of objects that store their handle.
 class Handled {
 public:
     Handled() = default; // null until a table has the object
@@ -111,7 +111,7 @@ public:
     }
 
 private:
-    // Slots stand in blocks that never move, so that peek() needs no lock.
+    // Slots are in blocks that never move, so that peek() needs no lock.
     static constexpr uint32_t kBlockSlots = 1024, kMaxBlocks = 4096;
     static_assert(uint64_t(kBlockSlots) * kMaxBlocks < 1u << kHandleSlotBits);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions that are part of their callers at every level of optimisation: those of the walks and
-// of the run-time of device programs, whose cost must not depend on the inliner's judgement. The
-// same lines compile for CPUs, for nvptx64 and as CUDA. Functions with C linkage that the compiler
-// calls by name have the attribute alone: `inline` would drop them.
+// Functions that are inlined at every level of optimisation: those of traversal and of the run-time
+// of device programs, whose cost must not depend on the inliner's heuristics. The same source
+// compiles for CPUs, for nvptx64 and as CUDA. Functions with C linkage that the compiler calls by
+// name have only the attribute, because the compiler drops unused `inline` functions.
 #pragma once
 
 #if defined(__CUDA__)

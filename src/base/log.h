@@ -12,7 +12,7 @@ namespace sunstone {
 // Values 1 to 4 are the levels of the OptiX log callback.
 enum class LogLevel : unsigned { kOff = 0, kFatal = 1, kError = 2, kWarning = 3, kInfo = 4, kDebug = 5 };
 
-// Whether a line of this level and area would be printed. Ask before building a costly line.
+// Whether a line of this level and area would be printed. Call it before building a costly line.
 bool logEnabled(LogLevel level, std::string_view area);
 
 // Writes one line. Any thread may call it; lines never interleave.

@@ -12,7 +12,7 @@ namespace {
 
 std::atomic<bool> ends{false};
 
-// How many libraries have been loaded so far.
+// Number of libraries loaded so far.
 unsigned long long librariesLoaded() {
     unsigned long long count = 0;
     dl_iterate_phdr(

@@ -69,8 +69,8 @@ bool isReadable(const void* address, size_t size) {
         if (process_vm_readv(getpid(), &to, 1, &from, 1, 0) != 1) {
             if (errno == EFAULT)
                 return false;
-            // process_vm_readv is forbidden, as in some containers. Fall back to whether the page
-            // is mapped.
+            // process_vm_readv is forbidden, as in some containers. Fall back to a check that the
+            // page is mapped.
             unsigned char resident;
             if (mincore(reinterpret_cast<void*>(at & ~(page - 1)), page, &resident) != 0)
                 return false;

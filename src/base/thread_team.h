@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fewer threads than the process has, for callers that ask for a number.
+// A limited number of the process's threads, for callers that ask for one.
 #pragma once
 
 #include <functional>

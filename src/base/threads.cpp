@@ -41,8 +41,8 @@ constexpr size_t kWorkerStackBytes = size_t(16) << 20;
 
 struct Workers {
     Workers() {
-        // oneTBB warns of arenas beyond its own limit. A lower limit would be the application's,
-        // too.
+        // oneTBB warns of arenas beyond its own limit. Setting a lower limit would also limit the
+        // application.
         if (threadCount() > unsigned(tbb::info::default_concurrency()))
             raised.emplace(tbb::global_control::max_allowed_parallelism, threadCount());
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Worker threads of the process: launches, kernels and builds share one oneTBB arena of
-// as many threads as cpu_limits.h says.
+// Worker threads of the process: launches, kernels and builds share one oneTBB arena with the
+// number of threads of cpu_limits.h.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +15,8 @@ unsigned threadCount();
 // waits. Rethrows the first exception that a body throws.
 void parallelFor(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body);
 
-// Starts the shared threads, if they are not running. Code that may run while the process exits
-// must call this earlier: oneTBB's static objects are destroyed at exit, except those in use.
+// Starts the shared threads, if they are not running. Code that may run during process exit must
+// call this earlier: oneTBB's static objects are destroyed at exit, except those in use.
 void startArena();
 
 // The calling thread's stack, from its lowest address to its end; empty if it is unknown.

@@ -10,7 +10,7 @@ namespace {
 
 enum Register { kRsp = 4, kRbp = 5, kRsi = 6, kRdi = 7 };
 
-// What the bytes before ModR/M say.
+// The information of the bytes before ModR/M.
 struct Prefixes {
     uint8_t map = 0; // 0: one-byte opcodes, 1: 0F, 2: 0F 38, 3: 0F 3A
     uint8_t opcode = 0;
@@ -109,7 +109,7 @@ bool hasModRm(const Prefixes& p) {
            code == 0xF7 || code == 0xFE || code == 0xFF;
 }
 
-// The bytes that EVEX multiplies an 8-bit displacement by; 0 where this table does not say.
+// The factor of an 8-bit displacement in EVEX, in bytes; 0 if this table has no entry.
 unsigned displacementScale(const Prefixes& p) {
     if (!p.isEvex)
         return 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operands of instructions against what an assembler wrote, and of instructions that fault.
+// Operands of instructions against an assembler's text, and of instructions that fault.
 #include "base/faults.h"
 #include "base/x86_operand.h"
 

@@ -12,7 +12,7 @@ using V1 = float __attribute__((vector_size(4)));
 using V4 = float __attribute__((vector_size(16)));
 using V8 = float __attribute__((vector_size(32)));
 
-// Arguments are passed within inlined functions only.
+// The ABI of arguments does not matter, because all functions are inlined.
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wpsabi"
 

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory format of acceleration structures: what builders write and traversal reads.
+// The memory format of acceleration structures.
 //
 // A structure is one block of bytes without pointers: places inside it are offsets from its start,
-// so copying the block moves it (relocation has nothing to patch). The exceptions are the child
-// handle inside an instance record and the address of an opacity micromap array; the caller gives
-// both.
+// so copying the block moves it (relocation patches nothing). The exceptions are the child handle
+// in an instance record and the address of an opacity micromap array; the caller supplies both.
 //
 //   BlockHeader | InputRecord[] | primitive table | MicromapRecord[], MicromapRef[] |
 //   InstanceRecord[] | nodes and leaves, depth first
 //
-// The size of everything before the nodes follows from counts; the part that depends on data comes
+// Counts determine the size of everything before the nodes. The part that depends on data comes
 // last, so that compaction is a copy of the first `usedSize` bytes.
 //
 // Nodes are eight wide with full-precision boxes. A child is a NodeRef: a place in 32-byte units
-// and a tag. What a leaf tag means depends on the type of the block:
+// and a tag. The meaning of a leaf tag depends on the type of the block:
 //   triangles   kLeaf: TriangleLeaf<4>, kWideLeaf: TriangleLeaf<8>
 //   custom      kLeaf: CustomLeaf, one primitive
 //   instances   kLeaf: InstanceRecord, one instance
@@ -28,10 +27,11 @@
 //            (TriangleKey: 9 * N floats, CustomKey: 6 floats); the whole rounded up to 64 bytes (32
 //            for custom primitives); leaves of instances hold no keys
 //   header   KeyBounds of each key at keyBoundsOffset
-// The boxes at a time are those of the two keys around it, interpolated (motion.h: KeySegment); as
-// vertices move linearly between keys, boxes contain their primitives at all times. Unused children
-// and those without active primitives have the box (kFar, -kFar): infinite planes times a weight of
-// zero would be NaN. A program that reads only Node and the leaves' first parts sees key 0.
+// The boxes at a time are those of the two keys around it, interpolated (motion.h: KeySegment);
+// because vertices move linearly between keys, boxes contain their primitives at all times. Unused
+// children and those without active primitives have the box (kFar, -kFar): infinite planes times a
+// weight of zero would be NaN. A program that reads only Node and the leaves' first parts sees key
+// 0.
 //
 // Boxes in nodes are padded (padBox in build_input.h); with the margins that traversal takes
 // (ray_setup.h) no ray that the primitive test accepts is culled.
@@ -48,10 +48,10 @@ constexpr uint32_t kBlockMagic = 0x48564253u;
 constexpr uint32_t kBlockVersion = 2;
 
 enum class BlockType : uint32_t { kTriangles = 1, kCustom = 2, kInstances = 3, kShapes = 4 };
-// Part of BlockHeader::type where the structure has motion keys, so that code for structures
-// without motion refuses it by the comparison it makes anyway.
+// Bit of BlockHeader::type for structures with motion keys, so that code for structures without
+// motion refuses the type by its usual comparison.
 constexpr uint32_t kMotionBit = 0x100;
-// The same for triangles of which some have opacity micromaps.
+// Bit of BlockHeader::type for triangles with opacity micromaps.
 constexpr uint32_t kMicromapBit = 0x200;
 inline BlockType kindOf(BlockType type) {
     return BlockType(uint32_t(type) & ~(kMotionBit | kMicromapBit));
@@ -84,9 +84,10 @@ inline uint64_t offsetOf(NodeRef ref) {
     return uint64_t(ref & ~uint32_t(kNodeTagMask)) * (kRefUnit / 4);
 }
 
-// No path from the root is longer than this many nodes; builders ensure it.
+// The longest path from the root, in nodes; builders ensure this limit.
 constexpr unsigned kMaxDepth = 48;
-// Entries a traversal stack needs: seven siblings on each level, and the last node's eight.
+// Entries of a traversal stack: seven siblings on each level, and the eight children of the last
+// node.
 constexpr unsigned kStackSize = 7 * kMaxDepth + 9;
 
 struct alignas(64) BlockHeader {
@@ -94,7 +95,7 @@ struct alignas(64) BlockHeader {
     uint32_t version;
     BlockType type;         // with kMotionBit if motionKeys > 1, and kMicromapBit
     NodeRef root;           // kNoNode: empty
-    uint64_t usedSize;      // bytes of the block that matter
+    uint64_t usedSize;      // bytes of the block in use
     uint32_t numPrimitives; // as in the inputs, inactive ones included
     uint32_t numActive;
     float lower[3]; // exact bounds of the active primitives, at all times
@@ -116,7 +117,7 @@ struct alignas(64) BlockHeader {
     float motionBegin;
     float motionEnd;
     NodeRef wholeRoot; // kOptionUpdate: root of the tree of all primitives, the inactive included
-    uint32_t treeTooDeep;     // GPUs: the clustered tree is; the builder makes a second one
+    uint32_t treeTooDeep;     // GPUs: of the clustered tree; the builder makes a second one
     uint64_t keyBoundsOffset; // KeyBounds of each key; 0 without motion
     uint64_t micromapsOffset; // MicromapRecord of each input; 0 without kMicromapBit
     // Curves and spheres (kShapes): see curves.h and spheres.h.
@@ -150,7 +151,7 @@ struct InputRecord {
     uint32_t firstPrimitive; // position of its first primitive in the primitive table
     uint32_t numPrimitives;
     uint32_t primitiveIndexOffset;
-    // Fields that an update must find unchanged.
+    // Fields that must be equal in an update.
     uint32_t formats; // of vertices (upper half) and indices
     uint32_t numVertices;
     uint32_t flagsHash; // of the geometry flags
@@ -167,12 +168,12 @@ struct MicromapRecord {
 };
 static_assert(sizeof(MicromapRecord) == 32);
 
-// Bytes of the planes of one kind. The lower planes of an axis stand at an even multiple, the upper
-// planes behind them, so that this bit of an offset tells the two apart.
+// Bytes of the planes of one kind. The lower planes of an axis are at an even multiple, the upper
+// planes after them, so that this bit of an offset distinguishes the two.
 constexpr uint32_t kPlanesSize = 32;
 
-// Boxes of eight children, planes of one kind side by side. Unused children come last and have the
-// empty box (+inf, -inf), which no ray hits.
+// Boxes of eight children, with planes of one kind contiguous. Unused children come last and have
+// the empty box (+inf, -inf), which no ray hits.
 struct alignas(64) Node {
     float planes[6][8]; // lower x, upper x, lower y, upper y, lower z, upper z
     NodeRef children[8];
@@ -181,7 +182,7 @@ struct alignas(64) Node {
 };
 static_assert(sizeof(Node) == 256 && sizeof(Node::planes[0]) == kPlanesSize);
 
-// Numbers of OptixMotionFlags: outside the time range the structure is empty.
+// Values of OptixMotionFlags: outside the time range the structure is empty.
 enum MotionFlag : uint32_t { kStartVanish = 1, kEndVanish = 2 };
 
 // Planes of a box that no ray meets, in structures with motion.
@@ -259,7 +260,7 @@ enum ShapeFlag : uint32_t {
     kShapeInactive = 1,
     kCurveCapBegin = 2, // a disc closes u = 0
     kCurveCapEnd = 4,
-    kCurveBent = 8, // turns much within an eighth of a piece
+    kCurveBent = 8, // the direction changes much within an eighth of a piece
 };
 
 struct CustomLeaf {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over all threads, behind plain functions: files compiled for newer instruction sets must
-// not instantiate a library's inline functions, which the linker might then share with other files.
+// Parallel loops on all threads, as plain functions: files compiled for newer instruction sets must
+// not instantiate a library's inline functions, because the linker could use these instances for
+// other files.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +10,8 @@ namespace sunstone::bvh {
 
 using BlockBody = void (*)(void* context, size_t begin, size_t end, size_t block);
 
-// Calls body for [0, count) in blocks of blockSize (the last may be shorter). Which blocks there
-// are does not depend on the number of threads.
+// Calls body for [0, count) in blocks of blockSize (the last may be shorter). The blocks do not
+// depend on the number of threads.
 void forEachBlock(size_t count, size_t blockSize, BlockBody body, void* context);
 
 // The same with a callable body(begin, end, block).

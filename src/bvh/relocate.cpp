@@ -113,7 +113,7 @@ void relocate(const RelocationInfo& info, void* block, const uint64_t* children,
                  reinterpret_cast<const void*>(children[i]), " leads to no acceleration structure");
     auto* records = reinterpret_cast<InstanceRecord*>(static_cast<uint8_t*>(block) +
                                                       headerOf(block)->instancesOffset);
-    // An instance that was never hit stays so: it has no place in the tree.
+    // An inactive instance stays inactive, because it has no place in the tree.
     for (size_t i = 0; i < count; ++i)
         records[i].child = children[i];
 }

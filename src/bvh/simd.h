@@ -11,7 +11,7 @@
 #include <immintrin.h>
 #endif
 
-#if defined(__NVPTX__) // one more set, without vectors: a lane is a thread
+#if defined(__NVPTX__) // a further set, without vectors: a lane is a thread
 #define SUNSTONE_ISA nvptx
 #elif defined(__AVX512VL__) && defined(__AVX512DQ__)
 #define SUNSTONE_ISA avx512
@@ -136,8 +136,8 @@ SUNSTONE_INLINE F8 fusedMultiplyAdd(F8 a, F8 b, F8 c) { return {_mm256_fmadd_ps(
 F8 fusedMultiplyAdd(F8 a, F8 b, F8 c); // missing: callers check kFusedSlab first
 #endif
 
-// Distances to a plane of eight boxes, see ray_setup.h: with FMA plane * r + c, else
-// (plane - org) * r + c, where c then holds no -org * r.
+// Distances to a plane of eight boxes, see ray_setup.h: with FMA plane * r + c, else (plane - org)
+// * r + c with a c that does not contain -org * r.
 SUNSTONE_INLINE F8 slab(F8 plane, [[maybe_unused]] F8 org, F8 r, F8 c) {
 #if defined(__FMA__)
     return {_mm256_fmadd_ps(plane.v, r.v, c.v)};

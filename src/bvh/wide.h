@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// As many floats as a register of the instruction set holds, for loops over rays in lanes. Included
+// Vectors of the width of the instruction set's registers, for loops over rays in lanes. Included
 // by files that are compiled once per instruction set (see simd.h).
 #pragma once
 
@@ -57,7 +57,7 @@ SUNSTONE_INLINE F16 magnitude(F16 a) {
 SUNSTONE_INLINE F16 negative(F16 a) {
     return {_mm512_xor_ps(a.v, _mm512_set1_ps(-0.0f))};
 }
-// The magnitude of a, which is positive, with the sign of b.
+// a, which must be positive, with the sign of b.
 SUNSTONE_INLINE F16 withSign(F16 a, F16 b) {
     return {_mm512_or_ps(a.v, _mm512_and_ps(b.v, _mm512_set1_ps(-0.0f)))};
 }

@@ -41,7 +41,7 @@ struct SqlFault {
     throw SqlFault{code & 0xff, database ? sqlite3_errmsg(database) : sqlite3_errstr(code)};
 }
 
-// Faults that a new database file cures.
+// Faults after which a new database file helps.
 bool isDamage(const SqlFault& fault) {
     switch (fault.code) {
     case SQLITE_CORRUPT:
@@ -330,7 +330,7 @@ void DiskCache::replaceDamaged() {
     openNewest(true);
 }
 
-// Runs body on the open database. After damage, opens a new database and runs body once more; other
+// Runs body on the open database. After damage, opens a new database and runs body again; other
 // faults end the attempt with a warning.
 template <class Body>
 bool DiskCache::attempt(const char* what, Body body) {
@@ -370,7 +370,7 @@ bool DiskCache::find(const std::string& key, std::string& value) {
     return found;
 }
 
-// With the mutex held, as the functions below.
+// The caller holds the mutex, as for the functions below.
 bool DiskCache::read(const std::string& key, std::string& value) {
     bool found = false;
     attempt("read", [&] {
@@ -443,7 +443,7 @@ void DiskCache::evict(uint64_t atMost) {
     }
     for (const int64_t row : rows)
         Statement(database_, "DELETE FROM entry WHERE rowid=?1").number(row).step();
-    if (left > atMost) // damage made the sizes absurd
+    if (left > atMost) // damage gave absurd sizes
         execute("DELETE FROM entry");
 }
 

@@ -33,7 +33,7 @@ struct Marks {
 
 class DiskCache {
 public:
-    // Opens the database in `folder`, which is created with access for this user only if missing.
+    // Opens the database in `folder`. A missing folder is created with access for this user only.
     // Throws Error(kCacheInvalidPath, kCachePermission, kCacheDatabase). isPrivate: the folder must
     // belong to this user and be writable by this user only, because its name can be guessed. The
     // log is called without locks; it may call the cache.
@@ -44,7 +44,7 @@ public:
 
     const std::string& folder() const { return folder_; }
 
-    // Neither function throws: failures are logged and read as an empty cache.
+    // Neither function throws: failures are logged, and the cache then seems empty.
     bool find(const std::string& key, std::string& value);
     // Whether the key has a value. Does not check the value; counts as a use of it.
     bool has(const std::string& key);

@@ -216,7 +216,7 @@ TEST_F(DiskCacheTest, PrivateFoldersAreNotTakenFromOthers) {
     EXPECT_EQ(Code::kCachePermission, codeOfOpening(root_ + "/link", true));
 }
 
-// After any change of the files: values that come back are right, and the cache works again.
+// After any change of the files: returned values are correct, and the cache works again.
 void expectRight(DiskCache& cache, unsigned count, size_t size,
                  const std::function<std::string(unsigned, size_t)>& valueOf) {
     std::string value;

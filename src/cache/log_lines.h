@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines for the log of an object with a mutex. The log is a callback of the client: it may call the
-// object, or wait for a thread that does. Lines are therefore noted while the mutex is held and
-// logged after it is released.
+// Log lines of an object with a mutex. The log is a callback of the client: it may call the object,
+// or wait for a thread that does. Lines are therefore collected while the mutex is held and logged
+// after its release.
 #pragma once
 
 #include "base/log.h"

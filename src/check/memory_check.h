@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory checker of `sunstone run --check`: which addresses a thread of device code may access,
-// and reports on invalid accesses. Compiled code calls it before each access
-// (compiler/passes/check_accesses.h); a launch passes what is known only per thread (Scene).
+// The memory checker of `sunstone run --check`: decides which addresses a thread of device code may
+// access, and reports invalid accesses. Compiled code calls it before each access
+// (compiler/passes/check_accesses.h); a launch passes the data that is known only per thread
+// (Scene).
 //
-// A thread may access allocations of the API (device, managed, pinned, registered, variables of
-// modules), memory that device code allocated, the block's shared memory, the parameters, and its
-// own stack, which holds local variables. Other memory of the process is an error, as a GPU cannot
-// reach it, unless SUNSTONE_CHECK contains "host". Accesses must be aligned to their size.
+// A thread may access
+//   - allocations of the API: device, managed, pinned, registered, variables of modules;
+//   - memory that device code allocated;
+//   - the block's shared memory, and the parameters;
+//   - its own stack, which holds local variables.
+// Other memory of the process is an error, as a GPU cannot reach it, unless SUNSTONE_CHECK contains
+// "host". Accesses must be aligned to their size.
 //
-// A place in the code is reported once, for all failures and threads. Text goes to the standard
+// Each place in the code is reported once, for all failures and threads. Text goes to the standard
 // error stream. SUNSTONE_CHECK_REPORT names a file that also receives one JSON object a line:
 // {"event": "start" | "access" | "leak" | "summary", ...}.
 #pragma once
@@ -48,7 +52,7 @@ void start();
 Fault examine(const devlib::CheckedAccess& access, const Scene& scene);
 
 // "use after free: ..." with the allocation, if the address lies in freed memory that is not reused
-// yet; else empty. For faults of runs with and without the checker.
+// yet; else empty. For faults with and without the checker.
 std::string describeFreed(const void* address);
 
 // The calling thread's stack from the caller's frames up.

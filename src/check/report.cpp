@@ -86,7 +86,7 @@ void writeLine(const std::string& line) {
         close(file);
 }
 
-// ---- what an address is near --------------------------------------------------------------------
+// ---- the allocation near an address -------------------------------------------------------------
 
 bool isOurs(const void* address) {
     Dl_info info{};

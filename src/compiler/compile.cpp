@@ -33,7 +33,7 @@ public:
     const std::string& feedback() const override { return feedback_; }
     std::string feedback_;
     std::vector<CompiledProgram> programs_;
-    std::vector<std::shared_ptr<const Source>> modules_; // of variables_
+    std::vector<std::shared_ptr<const Source>> modules_; // the modules of variables_
     std::vector<std::pair<VariableId, void*>> variables_;
     std::vector<std::unique_ptr<LoadedCode>> code_;
 };
@@ -71,9 +71,9 @@ void checkLaunchParams(const PipelineRequest& request) {
     }
 }
 
-constexpr uint32_t kLeastStack = 16; // no program needs nothing
+constexpr uint32_t kLeastStack = 16; // every program uses some stack
 
-// A program without the rest of its pipeline.
+// The request for a program without the rest of its pipeline.
 PieceRequest aloneOf(const ProgramRequest& program, const PipelineRules& rules) {
     PieceRequest request;
     request.modules = {program.module.get()};
@@ -117,14 +117,14 @@ public:
 private:
     struct Piece {
         PieceRequest request;
-        std::vector<uint32_t> modules; // index in modules_ of each of the request's modules
+        std::vector<uint32_t> modules; // for each module of the request, its index in modules_
         ObjectStore* store;
         CodeObject object;
         std::exception_ptr error;
     };
 
-    // What takes the trees. Nothing that is kept of one module needs it, as it was done before that
-    // was made.
+    // The checks that need syntax trees. A stored result of a single module has passed them before
+    // it was stored, so it needs no tree.
     void check() {
         if (checked_)
             return;
@@ -139,7 +139,8 @@ private:
         checked_ = true;
     }
 
-    // Programs that are kept say nothing of how their modules agree: that is kept by itself.
+    // Stored programs do not prove that their modules agree, so the store has an entry of its own
+    // for this check.
     void checkTogether() {
         if (modules_.size() < 2)
             return;
@@ -261,7 +262,8 @@ private:
             {code_->code_.back()->address(symbol), std::max(kLeastStack, piece.object.stackNeed)});
     }
 
-    // A line for each bound value, with the loads that it replaced in all programs.
+    // Writes a line for each bound value, with the number of loads that it replaced in all
+    // programs.
     void describeBoundValues() {
         std::map<std::pair<uint64_t, std::string>, std::pair<const BoundValue*, uint64_t>> lines;
         std::vector<std::vector<BoundValue>> values(pieces_.size());

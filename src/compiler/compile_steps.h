@@ -23,13 +23,14 @@ private:
     std::string text_;
 };
 
-// Faulty IR is our own fault: throws kInternal with the name of the step before.
+// Throws kInternal with the name of the step if the IR is invalid, which is a defect of the
+// compiler.
 void verify(Unit& unit, const char* step);
 
 // Sets the unit's data layout and triple to those of the target machine.
 void prepare(Unit& unit, LentMachine& machine);
 
-// Module-scope variables by name; of several private ones with one name the first.
+// Module-scope variables by name. Of several private variables with one name, the first counts.
 class VariableTable {
 public:
     void add(const std::vector<const ptx::Module*>& modules, const VariableId& id, void* address);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of a compilation of ordinary size, of compilations on several threads at once, and of long
-// functions: it grows with their length, not with its square.
+// Compile time of modules of ordinary size, on several threads at once, and of long functions,
+// whose compile time grows with their length and not with its square.
 #include "compiler/kernels/kernel_module.h"
 #include "compiler/long_functions.h"
 #include "compiler/testing.h"
@@ -84,7 +84,7 @@ double processorSeconds() {
 
 enum class Target { kProgram, kKernel, kDebugProgram, kDebugKernel };
 
-// Processor time from PTX to linked code.
+// Returns the processor time from PTX to linked code.
 double compileSeconds(Shape shape, Target target, unsigned statements) {
     const bool debug = target == Target::kDebugProgram || target == Target::kDebugKernel;
     const bool isKernel = target == Target::kKernel || target == Target::kDebugKernel;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // PTX to machine code. A Pipeline request names programs in several modules. The compiler takes
-// only the functions they reach, resolves symbols across the modules, lowers every `_optix_*` call
-// to the ABI of devlib/abi.h, optimises the whole and emits x86-64 code through ORC. LLVM does not
-// appear in this interface. All functions may be called from any thread.
+// only the functions in their call graphs, resolves symbols across the modules, lowers every
+// `_optix_*` call to the ABI of devlib/abi.h, optimises the result and emits x86-64 code through
+// ORC. LLVM does not appear in this interface. All functions are thread-safe.
 #pragma once
 
 #include "compiler/store/source.h"
@@ -15,7 +15,7 @@
 
 namespace sunstone::compiler {
 
-// Kind of a program. No generation of the API has all of them.
+// The kind of a program. No generation of the API has all kinds.
 enum class ProgramKind : uint8_t {
     kNone,
     kRaygen,
@@ -50,10 +50,10 @@ struct Optix6Rules {
     bool operator==(const Optix6Rules&) const = default;
 };
 
-// What compiled code depends on beside the programs. All but the members named after a generation
-// holds for every generation.
+// Everything but the programs that compiled code depends on. Members named after a generation apply
+// only to that generation.
 struct PipelineRules {
-    std::string launchParams; // the .const variable that each launch has its own of; empty: none
+    std::string launchParams; // the .const variable with a copy per launch; empty: none
     unsigned exceptionFlags = 0;        // devlib::ExceptionFlag
     unsigned primitiveTypeFlags = 0;    // bits of OptixPrimitiveTypeFlags that rays may meet; 0: all
     unsigned traversableGraphFlags = 0; // devlib::GraphFlag; 0: all graphs
@@ -62,73 +62,74 @@ struct PipelineRules {
     Optix6Rules optix6;
 };
 
-// A payload: for each word who may read and write it (bits of OptixPayloadSemantics). Types of
-// different modules are the same if all words are.
+// A payload type: for each word the programs that may read and write it (bits of
+// OptixPayloadSemantics). Types of different modules are equal if all words are equal.
 struct PayloadType {
     std::vector<uint32_t> words;
     bool operator==(const PayloadType&) const = default;
 };
 constexpr unsigned kMaxPayloadTypes = 8;
 
-// Bytes of the launch parameters that a module is compiled for.
+// Bytes of the launch parameters that are constant in a module's code.
 struct BoundValue {
     uint64_t offset = 0;
     std::vector<uint8_t> bytes;
     std::string annotation;
 };
 
-// Where an attribute variable of the classic API is in attribute blocks.
+// The place of an attribute variable of the classic API in attribute blocks.
 struct AttributePlace {
     std::string name;
     uint32_t offset = 0;
 };
 
-// What the compile options of one module say beyond those of the pipeline.
+// The compile options of one module, in addition to those of the pipeline.
 struct ModuleRules {
     std::vector<PayloadType> payloadTypes; // empty: payloads are untyped
     std::vector<BoundValue> boundValues;
-    std::vector<AttributePlace> attributes; // that the module names
+    std::vector<AttributePlace> attributes; // that the module declares
 };
 
-// Checks that need no machine code, for module creation: every `_optix_*` name known, operand
-// counts right, legal in the program kinds that reach it, constant operands constant and in
-// range. Throws Error(kInvalidPtx / kInvalidPayloadAccess / kInvalidFunctionUse / ...), whose text
-// begins with the PTX line. Also returns what the module offers: all that creating modules, program
-// groups and pipelines asks of it, so that the tree is needed for compiling alone.
+// inspect() does the checks of module creation that need no machine code: every `_optix_*` name is
+// known, its operand count is right, the programs that call it may call it, and operands that must
+// be constant are constant and in range. Throws Error(kInvalidPtx / kInvalidPayloadAccess /
+// kInvalidFunctionUse / ...), whose text begins with the PTX line. The summary has all facts that
+// the creation of modules, program groups and pipelines needs, so that only compilation needs the
+// tree.
 struct ModuleSummary {
     struct Program {
         std::string name;
         ProgramKind kind;
-        unsigned payloadWords = 0; // highest payload slot touched + 1
+        unsigned payloadWords = 0; // highest accessed payload slot + 1
         bool traces = false;
         bool callsContinuation = false;
         unsigned parameterWords = 0;   // 32-bit words of a callable's parameters
         uint32_t payloadTypes = 0;     // bit per type of the module that the program supports
         uint32_t statements = 0;       // of its own body
-        // Bytes of stack it is said to need where it cannot be compiled by itself: from its local
+        // Estimate of its stack in bytes, for programs that cannot be compiled alone. Counts local
         // memory, registers live across calls, and traces; never 0.
         uint32_t estimatedStack = 0;
     };
     std::vector<Program> programs;
-    uint64_t launchParamsSize = 0; // 0 where the variable does not occur
+    uint64_t launchParamsSize = 0; // 0: no such variable
     uint64_t constantBytes = 0;    // of all other .const variables that are defined here
-    // Programs can be compiled without knowing the other modules of their pipeline: functions and
-    // variables are declared only that are defined here, or that the library provides.
+    // Programs can be compiled without the other modules of their pipeline: the module defines all
+    // functions and variables that it declares, or the library provides them.
     bool selfContained = false;
-    std::string remarks; // what its creation says of it, in lines
+    std::string remarks; // log lines of its creation
 
-    // Bytes that hold everything, and back; false where they are no such bytes.
+    // Converts all members to bytes and back; deserialize returns false for malformed bytes.
     std::string serialize() const;
     bool deserialize(std::string_view bytes);
 };
 ModuleSummary inspect(const ptx::Module& module, const PipelineRules& rules,
                       const ModuleRules& moduleRules = {});
 
-// Key of a module's summary: a digest of what it depends on, this build included.
+// Key of a module's summary: a digest of all its inputs and of this build.
 std::string summaryKeyOf(const Source& source, const PipelineRules& rules,
                          const ModuleRules& moduleRules);
 
-// Words of 32 bits that parameters take when they are passed to a callable.
+// The number of 32-bit words that these parameters of a callable take.
 unsigned parameterWords(const std::vector<ptx::Variable>& parameters);
 
 class ObjectStore;
@@ -141,10 +142,10 @@ struct ProgramRequest {
     OptLevel optLevel = OptLevel::k3;
     DebugLevel debugLevel = DebugLevel::kMinimal;
     std::shared_ptr<const ModuleRules> moduleRules; // may be null; one for all of a module
-    int payloadType = -1; // of moduleRules, that this program is compiled for; -1 untyped
-    // Where its code is kept when it refers to no other module; null: where the pipeline's is.
+    int payloadType = -1; // index in moduleRules of the type to compile for; -1: untyped
+    // Where its code is stored if it refers to no other module; null: in the pipeline's store.
     std::shared_ptr<ObjectStore> store;
-    // ModuleSummary::selfContained, where that is known.
+    // ModuleSummary::selfContained, if known.
     std::optional<bool> selfContained;
 };
 
@@ -161,17 +162,18 @@ public:
     virtual const std::vector<CompiledProgram>& programs() const = 0;
     // Address and size of a module-scope variable; false if there is none.
     virtual bool variable(std::string_view name, void** address, uint64_t* size) const = 0;
-    // What was specialised to bound values, a line each.
+    // Log lines: one for each bound value to which the code was specialised.
     virtual const std::string& feedback() const = 0;
 };
 
-// Keeps compiled pieces between compilations. Keys are digests of everything the piece depends on,
-// this build and this processor included; values are bytes. Any thread may call.
+// Stores compiled pieces between compilations. Keys are digests of all inputs of the piece, of this
+// build and of this processor; values are bytes. Thread-safe.
 class ObjectStore {
 public:
     virtual ~ObjectStore() = default;
     virtual bool find(const std::string& key, std::string& value) = 0;
-    // Whether there is a value, for who has it already; counts as a use of it.
+    // Whether the store has a value, for callers that have the value already. Counts as a use of
+    // the value.
     virtual bool has(const std::string& key) {
         std::string value;
         return find(key, value);
@@ -185,29 +187,29 @@ struct PipelineRequest {
     const Flavor* flavor = nullptr; // of all programs; null: OptiX 7
 };
 
-// Programs are compiled one by one, side by side on the shared threads; what `store` (may be null)
-// has is not compiled again. Throws Error(kLinkError) for unresolved or duplicate symbols,
-// kInternal for our own faults; of several faulty programs the first one's error.
+// Compiles each program separately, in parallel on the shared threads; code in `store` (may be
+// null) is not compiled again. Throws Error(kLinkError) for unresolved or duplicate symbols,
+// kInternal for defects of the compiler. If several programs fail, throws the first one's error.
 std::unique_ptr<Code> compilePipeline(const PipelineRequest& request, ObjectStore* store = nullptr);
 
-// Functions that the module declares and neither it nor the library defines.
+// Functions that the module declares but that neither the module nor the library defines.
 std::vector<const ptx::Function*> undefinedFunctions(const ptx::Module& module);
 
-// Whether a program of this module can be compiled without knowing the other modules of its
-// pipeline: it declares no functions or variables that are defined elsewhere.
+// Whether a program of this module can be compiled without the other modules of its pipeline: the
+// module declares no functions or variables that are defined elsewhere.
 bool isSelfContained(const ptx::Module& module, const PipelineRules& rules);
 
-// Compiles one OptiX 7 program of a self-contained module into its store ahead of the pipeline that
-// will use it. Throws as compilePipeline does.
+// Compiles one OptiX 7 program of a self-contained module into its store, before the pipeline that
+// uses it is created. Throws as compilePipeline does.
 void precompile(const ProgramRequest& program, const PipelineRules& rules);
 
-// Bytes of stack that a program of a self-contained module takes with all it calls by name. The
-// sizes of frames come from the machine code: the program's store has it, or this function compiles
-// and stores it. Throws as compilePipeline does.
+// Bytes of stack that a program of a self-contained module takes, including all functions that it
+// calls by name. Frame sizes come from the machine code, which is in the program's store or is
+// compiled and stored here. Throws as compilePipeline does.
 unsigned stackNeed(const ProgramRequest& program, const PipelineRules& rules);
 
-// The source line of an address in loaded code of a pipeline, from the line information of its PTX;
-// false where nothing is known (other code, debug level NONE, PTX without .loc). Takes its time.
+// Finds the source line of an address in loaded code of a pipeline, from the line information of
+// its PTX. False if the line is unknown (other code, debug level NONE, PTX without .loc). Slow.
 struct SourceLocation {
     std::string file;
     std::string function;
@@ -220,8 +222,8 @@ bool sourceLocation(const void* address, SourceLocation& location);
 // memory that device code allocated.
 bool inDeviceData(const void* address, size_t bytes);
 
-// The place in the application's own code, by the debug information of its file: the line, or
-// without debug information "file+0xoffset" in `file` and line 0. False where no file is known.
+// Finds the place in the application's own code by the debug information of its file: the line, or
+// without debug information "file+0xoffset" in `file` and line 0. False if no file is known.
 bool hostLocation(const void* address, SourceLocation& location);
 
 // A CUDA module: every .entry with parameters becomes a KernelFn.
@@ -233,17 +235,17 @@ struct KernelInfo {
     uint32_t parameterBytes = 0;
     uint32_t staticSharedBytes = 0;
     uint32_t maxThreadsPerBlock = 0; // 0: not limited
-    bool usesBarriers = false;       // bar.sync and friends, directly or through callees
+    bool usesBarriers = false;       // bar.sync and the like, directly or through callees
     bool usesWarpFunctions = false;  // shuffle, vote, match ...
-    bool countsOnSteps = false;      // of warps, without warp functions (lockstep/steps.h)
+    bool countsOnSteps = false;      // relies on lockstep without warp functions (lockstep/steps.h)
     uint32_t localBytes = 0;
-    // The code that runs a warp at a time, null where the kernel has none.
+    // The code that runs a warp at a time; null: none.
     const void* lockstep = nullptr;  // devlib::LockstepFn
     uint32_t lockstepFrameBytes = 0; // LockstepWarp::frame
     bool hasLockstep = false;
     bool needsThreads = false; // all of LockstepWarp::threads, not only the first
-    std::string singleReason;  // why there is no such code
-    // Why the kernel cannot run (it uses textures, say); empty where it can. Then address is null.
+    std::string singleReason;  // why the kernel has no lockstep code
+    // Why the kernel cannot run; empty if it can. If not empty, address is null.
     std::string unsupported;
 };
 class KernelCode {

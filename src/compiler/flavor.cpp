@@ -11,8 +11,8 @@ namespace sunstone::compiler {
 
 namespace {
 
-// Kernels have no intrinsics. Programs may stand in the same module; the names that all generations
-// of the ray tracing API use are known so that a call of one has a clear error.
+// Kernels have no intrinsics. Their module may also contain ray tracing programs, so the flavor
+// knows the intrinsic prefixes of all generations and reports calls of them clearly.
 class KernelFlavor final : public Flavor {
 public:
     const char* name() const override { return "kernel"; }
@@ -28,7 +28,7 @@ public:
     void lower(Unit&, const ProgramPayloads&) const override {}
 };
 
-// Depth-first search for a cycle among the functions that must be inlined.
+// Depth-first search for a cycle of calls among the functions that must be inlined.
 class RecursionCheck {
 public:
     RecursionCheck(Unit& unit, const std::set<llvm::Function*>& functions)

@@ -27,7 +27,7 @@ constexpr uint32_t kindBit(ProgramKind kind) {
 
 struct Intrinsic {
     std::string name; // without the flavor's prefix
-    unsigned op;      // the flavor's own number of what the call becomes
+    unsigned op;      // the flavor's own number of the lowering
     int number = 0;   // a parameter of `op`
     std::string results; // one letter each: r 32 bits, l 64 bits, f float, p address
     std::string operands;
@@ -35,7 +35,7 @@ struct Intrinsic {
     bool reads = false;        // only reads program state: calls may be merged or dropped
     bool anySignature = false; // operands are not checked
     bool isAvailable = true;   // false: known, and refused with kNotSupported
-    bool namesLine = false;    // its lowering wants the place of the call in the program's source
+    bool namesLine = false;    // its lowering needs the place of the call in the source
 };
 
 using ProgramKinds = std::map<llvm::Function*, ProgramKind>;
@@ -52,30 +52,31 @@ public:
     // Whether calls of this function are intrinsics, and what the intrinsic is; null: an unknown one.
     virtual bool isIntrinsicName(std::string_view name) const = 0;
     virtual const Intrinsic* find(std::string_view name) const = 0;
-    // The intrinsics that give a component ('x', 'y', 'z') of the launch index and dimensions: code
-    // reads them as %tid and %ntid.
+    // The intrinsics for a component ('x', 'y', 'z') of the launch index and dimensions, which code
+    // reads as %tid and %ntid.
     virtual std::string launchIndex(char component) const = 0;
     virtual std::string launchDimension(char component) const = 0;
 
-    // Whether modules share their functions and variables. Else each is complete by itself, and
-    // names may occur in several.
+    // Whether modules share their functions and variables. If not, each module is complete by
+    // itself, and several modules may use one name.
     virtual bool linksModules() const { return true; }
     // Whether a function of this name is a program, so that modules may use the name twice.
     virtual bool isProgramName(std::string_view name) const = 0;
-    // Offset in RayState of the value of a program's parameter, one of `count`; none: programs take
-    // no such parameter.
+    // Offset in RayState of the value of a program's parameter, one of `count`. None: such programs
+    // have no such parameter.
     virtual std::optional<size_t> parameterAt(ProgramKind kind, size_t index,
                                               size_t count) const = 0;
-    // For variables that are no objects of their own in memory, as each program has its own values:
-    // the name of an intrinsic without operands that gives the address (result p). Empty for others.
+    // For variables without a fixed address, because each program has its own values: the name of
+    // an intrinsic without operands whose result (p) is the address. Empty for other variables.
     virtual std::string variableIntrinsic(const ptx::Module&, const ptx::Variable&) const {
         return {};
     }
-    // Whether such variables may be in the thread's own memory: code addresses it as global.
+    // Whether such variables may be in the thread's own memory although code addresses them as
+    // global.
     virtual bool hasGlobalsOnStack() const { return false; }
 
-    // Whether functions that reach an intrinsic may call themselves. They stay functions, which
-    // markIntrinsicUsers marks with kRecursive.
+    // Whether functions that call intrinsics, perhaps through others, may recurse. Such functions
+    // are not inlined; markIntrinsicUsers marks them with kRecursive.
     virtual bool allowsRecursion() const { return false; }
 
     // Replaces the intrinsics of all programs (Unit::kinds) by loads, stores and calls on RayState.
@@ -86,16 +87,16 @@ const Flavor& kernelFlavor();
 const Flavor& optix6Flavor();
 const Flavor& optix7Flavor();
 
-// Metadata of loads, in code for GPUs, of values that stay the same while a program runs. The memory
-// serves the next launch index or ray afterwards, so the loads are not invariant to LLVM.
+// Metadata of loads in code for GPUs whose values stay the same while a program runs. The next
+// launch index or ray reuses the memory, so the loads are not invariant in LLVM's sense.
 constexpr const char* kStableLoad = "sunstone.stable";
 
-// Attribute of functions that call themselves, perhaps through others, and reach an intrinsic.
+// Attribute of functions that call themselves and an intrinsic, both perhaps through others.
 constexpr const char* kRecursive = "sunstone-recursive";
 
-// Functions that reach an intrinsic become part of the programs that call them, because an intrinsic
-// may end a program, which is a return of the program itself. Throws Error(kInvalidPtx) on recursion
-// through such functions, unless the flavor allows it.
+// Marks functions that call an intrinsic, perhaps through others, for inlining into the programs
+// that call them: an intrinsic may end the program, which is a return of the program itself. Throws
+// Error(kInvalidPtx) on recursion through such functions, unless the flavor allows it.
 void markIntrinsicUsers(Unit& unit);
 
 } // namespace sunstone::compiler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests and benchmarks of compile time: PTX of long functions of several shapes, as generators
-// of code write them. A statement is an instruction, or the few that make up one construct.
+// For tests and benchmarks of compile time: PTX of long functions of several shapes that code
+// generators produce. A statement is an instruction, or the few that make up one construct.
 #pragma once
 
 #include <cstdint>

@@ -36,7 +36,8 @@ std::string textOf(llvm::Error error) {
     return llvm::toString(std::move(error));
 }
 
-// What compiled code may use: this processor, or less of it if SUNSTONE_ISA says so.
+// The target of compiled code: this processor, or a subset of its instructions if SUNSTONE_ISA
+// names one.
 struct Processor {
     std::string name, features;
 };
@@ -273,7 +274,8 @@ void takeDiagnostic(const llvm::DiagnosticInfo* info, void* context) {
     info->print(printer);
 }
 
-// Fails if the code cannot be linked: it would be kept, and fail whenever it is found.
+// Throws if the code refers to unknown symbols. Otherwise the store would keep the code, and each
+// later link would fail.
 void checkSymbols(const Unit& unit, llvm::StringRef code) {
     static const auto& provided = *[] {
         auto* names = new std::set<std::string, std::less<>>;

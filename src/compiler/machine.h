@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // LLVM IR to machine code in memory, for the host processor, in two steps. `generate` makes an
-// object file, which any process with the same build can store and load; `loadObject` links it in
+// object file, which any process with the same build can store and load. `loadObject` links it in
 // memory. There is one linking session per process. Target machines are pooled, because creating
-// one costs more than a small program.
+// one takes longer than compiling a small program.
 #pragma once
 
 #include "compiler/store/code_object.h"

@@ -42,7 +42,7 @@ const Flavor& flavorOf(const PieceRequest& request) {
     return request.flavor ? *request.flavor : optix7Flavor();
 }
 
-// Full debugging wants each line's code where the line is.
+// With full debug information, the code of each line must stay at its place.
 OptLevel levelOf(const PieceRequest& request) {
     return request.debugLevel == DebugLevel::kFull ? OptLevel::k0 : request.optLevel;
 }
@@ -65,7 +65,7 @@ public:
         times_.step("set-up");
     }
 
-    // Until no `_optix_*` call is left.
+    // Lowers until no `_optix_*` call remains.
     void lower() {
         if (isProgram_)
             declareProgram();

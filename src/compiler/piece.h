@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiles one piece of a pipeline: a program with all functions it reaches, or the variables that
-// the programs share. A piece depends only on its request, so it can be stored: `keyOf` is the
-// digest of the request, of this build and of the processor.
+// Compiles one piece of a pipeline: a program with its call graph, or the variables that programs
+// share. A piece depends only on its request, so it can be stored. `keyOf` returns a digest of the
+// request, of this build and of the processor.
 #pragma once
 
 #include "compiler/compiler.h"
@@ -10,7 +10,7 @@
 namespace sunstone::compiler {
 
 struct PieceRequest {
-    std::vector<const Source*> modules; // that symbols are looked for in
+    std::vector<const Source*> modules; // searched for symbols
     const Flavor* flavor = nullptr; // null: OptiX 7
     PipelineRules rules;
     OptLevel optLevel = OptLevel::k3;
@@ -31,19 +31,19 @@ std::string programSymbol(const PieceRequest& request);
 
 CodeObject compilePiece(const PieceRequest& request);
 
-// Goes as far as it takes to know that all operands that must be constant are so and in range.
+// Compiles until all operands that must be constant are known to be constant and in range.
 void checkPiece(const PieceRequest& request);
 
-// The bound values of all modules, one after the other: what CodeObject::boundLoads counts.
+// The bound values of all modules, one after the other, in the order of CodeObject::boundLoads.
 std::vector<BoundValue> boundValuesOf(const PieceRequest& request);
 
 std::string keyOf(const PieceRequest& request);
 
-// From the store (may be null); false where it has none, or a value that cannot be read. Needs no
-// tree.
+// Reads a piece from the store (may be null). False if the store has no value or an unreadable one.
+// Needs no tree.
 bool findPiece(const PieceRequest& request, ObjectStore* store, CodeObject& object);
 
-// Freshly compiled, and stored.
+// Compiles the piece and stores it.
 CodeObject makePiece(const PieceRequest& request, ObjectStore* store);
 
 } // namespace sunstone::compiler

@@ -250,7 +250,8 @@ TEST(Piece, KeysDependOnEverything) {
     differs([](PieceRequest& r) { r.rules.primitiveTypeFlags = 1; });
     differs([](PieceRequest& r) { r.rules.traversableGraphFlags = 1; });
     differs([](PieceRequest& r) { r.rules.motionBlur = true; });
-    // The options of a module: each part of a bound value and of a payload type.
+    // Each part of a module's options changes the key: those of a bound value and of a payload
+    // type.
     std::set<std::string> keys = {key};
     const auto add = [&](const ModuleRules& rules) {
         PieceRequest changed = request;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests of the compiler: runs short PTX texts. A case is one or more instructions, up to four
+// Runs short PTX texts, for tests of the compiler. A case is one or more instructions, up to four
 // 64-bit inputs and the expected value of the result register. All cases of a table become kernels
 // of one module. Inputs are in %rd1.. and, truncated, in %r1.. %rs1.. %f1.. %fd1.. %p1.. The result
 // register is number 0 of the class in `result`: r, d (%rd), s (%rs), f, F (%fd), p.
@@ -100,7 +100,8 @@ inline bool isNan(char type, uint64_t value) {
                        : type == 'F' && std::isnan(std::bit_cast<double>(value));
 }
 
-// Compares bits; any NaN equals any NaN. flushed: among other .ftz arithmetic.
+// Compares bits; any NaN equals any NaN. flushed: adds other .ftz arithmetic, so that the kernel
+// runs in flush mode.
 inline void run(const std::vector<Case>& cases, bool flushed) {
     std::string text = kHeader;
     for (size_t i = 0; i < cases.size(); ++i)

@@ -10,8 +10,7 @@
 
 namespace sunstone::denoise {
 
-// The caller's state memory. The present filter stores only this there; a learned model would add
-// its weights.
+// The caller's state memory. The filter stores only this; a learned model would add its weights.
 struct State {
     uint64_t magic;
     uint32_t width, height; // that it was set up for
@@ -21,7 +20,7 @@ constexpr uint64_t kStateMagic = 0x53554e44454e4f31ull;
 struct CallInputs {
     const void* state;
     const float* intensity;    // one factor for all channels; may be null
-    const float* averageColor; // mean logarithm of each channel; may be null, else it wins
+    const float* averageColor; // mean logarithm of each channel; may be null, else used instead
     uint32_t width, height;    // of the inputs
 };
 
@@ -30,10 +29,10 @@ enum class CallFault : uint32_t { kNone, kOverwritten, kTooSmall, kAverageColor,
 struct CallFinding {
     CallFault fault;
     State state;
-    double factor; // that is not usable
+    double factor; // the unusable one
 };
 
-// The fault in words.
+// The message of the error.
 std::string describe(const CallInputs& inputs, const CallFinding& finding);
 
 // Fills `control`.

@@ -20,7 +20,7 @@ struct Layer {
 // One image, or one tile of an image with its surroundings.
 struct Frame {
     Image albedo, normal, flow; // guides; those without data are not used
-    std::vector<Layer> layers;  // inputs and guides all have the same size
+    std::vector<Layer> layers;  // inputs and guides have equal sizes
     // First pixel of the inputs that is written; outputs may cover a part of the inputs.
     uint32_t offsetX = 0, offsetY = 0;
     AlphaMode alpha = AlphaMode::kCopy;
@@ -28,10 +28,10 @@ struct Frame {
     float scale[3] = {1, 1, 1}; // brings the colours of the first layer to a middle grey of 0.18
     bool isLimited = false;     // colours are 0 to 1 and perhaps not linear
     bool isTemporal = false;
-    bool hasPrevious = true; // temporal: layers have previous images; not so in a first frame
+    bool hasPrevious = true; // temporal: layers have previous images, except in a first frame
 };
 
-// What runs a filter's steps: the threads of a CPU (cpu_steps.cpp), or a GPU in the order of a stream
+// Runs a filter's steps: on the threads of a CPU (cpu_steps.cpp), or on a GPU in stream order
 // (gpu/gpu_denoiser.h).
 class StepRunner {
 public:
@@ -47,7 +47,7 @@ public:
     virtual ~Filter() = default;
     // Pixels of the output for one of the input, in each direction: 1 or 2.
     virtual uint32_t factor() const = 0;
-    // Pixels of surrounding that a tile needs on each side for the result to be that of the whole.
+    // Surrounding pixels on each side with which a tile gets the bits of the whole image.
     virtual uint32_t overlap() const = 0;
     // Bytes of scratch memory for inputs of this size.
     virtual size_t scratchSize(uint32_t width, uint32_t height) const = 0;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t kPlaneCount = 25;
 constexpr size_t kLargePlaneCount = 7; // of the output's size, where that is larger
-// More lets the upsampler sharpen noise, less takes away relief (tests/denoise, tests/api76).
+// More lets the upsampler sharpen noise, less removes relief (tests/denoise, tests/api76).
 constexpr float kMostReturnedBeforeUpsampling = 0.78f;
 
 size_t rowStride(uint32_t width) {
@@ -23,7 +23,7 @@ size_t planeSize(uint32_t width, uint32_t height) {
     return rowStride(width) * height;
 }
 
-// The order of the steps, and which planes each of them reads and writes.
+// The order of the steps, and the planes that each of them reads and writes.
 class Run {
 public:
     Run(const Frame& frame, const FilterSettings& settings, uint32_t factor, void* scratch,
@@ -149,7 +149,7 @@ private:
         run(Step::kColorAsAlpha, result, {});
     }
 
-    // From a_ to the returned one of a_ and b_, still without detail.
+    // Smooths a_ and returns the result, a_ or b_, still without detail.
     Planes& smooth() {
         pass_.pilot = pilot_;
         run(Step::kRepair, a_, b_);
@@ -183,7 +183,7 @@ private:
         return *from;
     }
 
-    // What the passes took away from `given` beside noise, back into `smooth`.
+    // Returns structure: the part of `given` that the passes removed beside noise, into `smooth`.
     void returnStructure(const Planes& smooth, const Planes& given, const Planes& scratch) {
         pass_.mostReturned = factor_ == 1 ? 1.0f : kMostReturnedBeforeUpsampling;
         pass_.pilot = given;
@@ -199,7 +199,7 @@ private:
             run(Step::kRestore, planes, planes);
     }
 
-    // From `from` to large_.
+    // Upsamples `from` to large_.
     void upsample(const Planes& from, const Planes& scratch) {
         Upsampler& upsampler = job_.upsampler;
         upsampler.width = pass_.width;

@@ -26,7 +26,7 @@
 
 namespace sunstone::denoise {
 
-// The tunable part; a user model carries one of these.
+// The tunable settings; a user model contains one set.
 struct FilterSettings {
     uint32_t passes = 4;         // 1 to kMaxPasses
     float colorTolerance = 2.0f; // in standard deviations of the noise

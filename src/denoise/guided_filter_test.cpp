@@ -154,7 +154,7 @@ TEST(GuidedFilter, AveragesLimitedColorsAsLight) {
 }
 
 // Single dark pixels that no guide shows, far below the noise around them (bright ones are cut as
-// fireflies). Neighbours' differences are not alike; boxes tell them from noise.
+// fireflies). Neighbours' differences are not alike; boxes separate them from noise.
 TEST(GuidedFilter, KeepsSparsePoints) {
     constexpr uint32_t kSide = 60, kEvery = 12;
     constexpr float kGround = 0.5f, kDepth = 0.2f;
@@ -297,7 +297,7 @@ TEST(GuidedFilter, SameBitsOnEveryInstructionSetAndRun) {
     Rendering noisy = Tracer().render(130, 40, 4, 15);
     Picture first = denoised(noisy);
     EXPECT_EQ(first.values, denoised(noisy).values);
-    // The kernels themselves, on numbers without meaning.
+    // Tests the kernels themselves, on arbitrary numbers.
     constexpr uint32_t kSide = 70;
     constexpr size_t kStride = 80, kPlane = kStride * kSide;
     std::mt19937 random(4);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Temporal blending: the previous denoised image, moved by the flow, makes the new one steadier. It
 // is used only where it fits: inside the image, within the range of the new pixel's neighbourhood,
-// and no rougher than that (a noisy image in place of a first previous one). Compiled for CPUs and
-// for threads of GPUs.
+// and no rougher than that neighbourhood (the first previous image may be noisy). Compiled for CPUs
+// and for threads of GPUs.
 #pragma once
 
 #include "denoise/image.h"
@@ -13,8 +13,8 @@ namespace sunstone::denoise {
 constexpr int kHistoryRadius = 1;
 
 // A previous colour may differ from the new one by this many standard deviations of the new one's
-// error: the noise left in it (which the filter knows only roughly) and, as the flow is not exact,
-// part of the change over its neighbourhood.
+// error. The error is the remaining noise (which the filter only estimates) and, because the flow
+// is not exact, part of the change over the neighbourhood.
 constexpr float kRange = 1.5f;
 constexpr float kNoisePart = 8.0f;
 constexpr float kChangePart = 0.15f;
@@ -39,7 +39,7 @@ struct ColorMoments {
     float variance() const { return variance(0) + variance(1) + variance(2); }
 };
 
-// Reads an image in the range of the planes.
+// Reads an image, scaled to the range of the planes.
 struct Reader {
     const Image& image;
     const float (&scale)[3];
@@ -56,8 +56,8 @@ struct Reader {
         return usable;
     }
 
-    // Bilinear; false outside the image or next to a pixel that is not finite. The place is given
-    // as a pixel and a fraction: the sum of both would round differently in tiles.
+    // Bilinear; false outside the image or next to a pixel that is not finite. The position is a
+    // pixel and a fraction, because their sum would round differently in tiles.
     bool sample(int x, int y, float fractionX, float fractionY, float (&color)[3]) const {
         auto isInside = [](int at, float fraction, uint32_t size) {
             return (at >= 0 || (at == -1 && fraction > 0.5f)) &&

@@ -61,7 +61,7 @@ struct Image {
     uint8_t* pixel(uint32_t x, uint32_t y) const { return data + y * rowStride + x * pixelStride; }
 };
 
-// A place in [0, size).
+// The nearest index in [0, size).
 inline uint32_t clampTo(int value, uint32_t size) {
     return uint32_t(std::clamp(value, 0, int(size) - 1));
 }
@@ -101,7 +101,7 @@ inline uint16_t floatToHalf(float value) {
 template <class T>
 T loadChannel(const uint8_t* pixel, unsigned channel) {
     const uint8_t* address = pixel + channel * sizeof(T);
-#if defined(__NVPTX__) // where that would take single bytes
+#if defined(__NVPTX__) // which would load single bytes otherwise
     if (reinterpret_cast<uintptr_t>(address) % sizeof(T) == 0)
         return *reinterpret_cast<const T*>(address);
 #endif

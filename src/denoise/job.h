@@ -11,7 +11,7 @@
 
 namespace sunstone::denoise {
 
-// In the order in which a filter of all parts runs them; see GuidedFilter::run.
+// In the order in which a filter with all parts runs them; see GuidedFilter::run.
 enum class Step : uint32_t {
     kGuides,       // images -> guide planes
     kAlpha,        // image -> alpha plane
@@ -76,7 +76,7 @@ struct Job {
     bool keepsAlpha; // even if it is not finite
     bool isScaled, isLimited;
     bool isDivided;               // colours, by the albedo
-    bool hasDetail;               // taken out of colours
+    bool hasDetail;               // subtracted from colours
     float exposure, inverseGamma; // of kToneMap
 };
 

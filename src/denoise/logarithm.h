@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Logarithm and exponential by arithmetic that gives the same bits everywhere (libraries differ,
-// and GPUs have no such functions without one). Nothing here may be fused.
+// and a GPU has none). Nothing here may be fused.
 #pragma once
 
 #include <bit>
@@ -10,7 +10,7 @@ namespace sunstone::denoise {
 
 constexpr double kLn2High = 0x1.62e42fee00000p-1, kLn2Low = 0x1.a39ef35793c76p-33;
 
-// ln of a positive, finite, normal number, to some 1e-15 of itself or of 1.
+// ln of a positive, finite, normal number; the absolute or relative error is about 1e-15.
 inline double logarithm(double value) {
     const uint64_t bits = std::bit_cast<uint64_t>(value);
     int exponent = int(bits >> 52) - 1023;

@@ -45,7 +45,7 @@ struct RowKernels {
     // from.color, pilot -> detail, to.color without it; from.variance -> to.variance. With guides.
     void (*detail)(const Pass&, uint32_t y);
     void (*smooth)(const Pass&, uint32_t y); // one à-trous pass
-    // These give back structure: rows_return.h.
+    // The functions below restore structure: rows_return.h.
     void (*loss)(const Pass&, uint32_t y);
     void (*correlate)(const Pass&, uint32_t y);
     void (*gather)(const Pass&, uint32_t y);
@@ -66,7 +66,7 @@ static_assert(kBoxRadius + kBoxDistance <= kGatherRadius);
 
 const RowKernels& baseRowKernels();
 const RowKernels& avx2RowKernels();
-// Those for this machine.
+// The kernels for this machine.
 const RowKernels& rowKernels();
 
 } // namespace sunstone::denoise

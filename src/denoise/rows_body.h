@@ -12,13 +12,13 @@
 namespace sunstone::denoise {
 namespace {
 
-// A place in a plane, and a row of it. Threads of a GPU count in 32 bits, so that one register and
-// the uniform address of a plane make an address.
+// A place in a plane, and a row of it. Threads of a GPU count in 32 bits, so that an address is one
+// register plus the uniform address of a plane.
 #if defined(__NVPTX__)
 using Place = uint32_t;
 
-// The compiler would keep the values common to all rows of taps, for each column and plane, in more
-// registers than exist.
+// Otherwise the compiler keeps the values common to all rows of taps, for each column and plane, in
+// more registers than exist.
 inline uint32_t keptWhole(uint32_t place) {
     asm("" : "+r"(place));
     return place;
@@ -122,13 +122,13 @@ inline float brightness(float r, float g, float b) {
     return 0.25f * r + 0.5f * g + 0.25f * b;
 }
 
-// A pixel may be as bright as its surroundings' mean and this many standard deviations more, both
-// without the brightest pixel there: fireflies seldom occur alone.
+// A pixel may exceed the mean of its surroundings by this many standard deviations, both without
+// the brightest pixel there: fireflies seldom occur alone.
 constexpr float kFireflyDeviations = 5.0f;
-// With fewer similar neighbours (together) than this a pixel is hard to judge: it may be that many
-// times brighter.
+// A pixel with fewer similar neighbours in total than this is hard to judge: it may be kSlack times
+// brighter.
 constexpr float kEnoughLikeness = 4.0f, kSlack = 10.0f;
-constexpr float kLeastLikeness = 1e-3f; // so that the sum is positive where no neighbour is similar
+constexpr float kLeastLikeness = 1e-3f; // keeps the sum positive if no neighbour is similar
 constexpr float kSmall = 1e-6f;
 
 template <int kGuides, uint32_t kSize>
@@ -203,7 +203,7 @@ inline void residualChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t
         });
     for (uint32_t x = begin; x < end; ++x) {
         uint32_t i = x - begin;
-        float inverse = 1.0f / weights[i]; // the pixel itself weighs 1
+        float inverse = 1.0f / weights[i]; // the pixel itself has weight 1
         float sum = 0.0f;
         for (int c = 0; c < 3; ++c) {
             float mean = sums[c][i] * inverse;
@@ -212,8 +212,8 @@ inline void residualChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t
             pass.pilot.color[c][here + x] = mean;
         }
         pass.pilot.variance[here + x] = squares[i] * inverse * inverse;
-        // Of independent noise of variance v the difference to a mean that contains the pixel
-        // keeps v * (1 - 2 w0 / W + sum w^2 / W^2), with w0 = 1.
+        // A mean contains the pixel itself, with w0 = 1. The difference between independent noise
+        // of variance v and the mean has the variance v * (1 - 2 w0 / W + sum w^2 / W^2).
         float kept = 1.0f - 2.0f * inverse + squares[i] * inverse * inverse;
         pass.to.variance[here + x] = kept > 0.1f ? sum / kept : sum;
     }

@@ -6,22 +6,22 @@
 //
 //   colour(q) ~ a + b * (guides(q) - guides(pixel))
 //
-// The pixel's difference from its surroundings according to b (the shading of a bump, the share of
-// two surfaces in a pixel at a silhouette) is taken out before the passes, which would smooth it
-// away, and added back after them. It is shrunk the more, the less of the surroundings' variance it
-// explains beyond a regression on noise.
+// According to b the pixel differs from its surroundings (the shading of a bump, the share of two
+// surfaces in a pixel at a silhouette). This difference is subtracted before the passes, which
+// would smooth it, and added back after them. It is scaled down the more, the less of the
+// surroundings' variance it explains beyond a regression on noise.
 #include "denoise/rows.h"
 
 namespace sunstone::denoise {
 namespace {
 
-// Surroundings: guides may differ more than for smoothing, because the regression needs
-// differences; pixels several times brighter or darker belong to something else (a highlight, a
+// Surroundings. Guides may differ more than for smoothing, because the regression needs
+// differences. Pixels several times brighter or darker belong to other structures (a highlight, a
 // lamp, a shadow).
 constexpr float kDetailGuidePart = 0.2f;
 constexpr float kDetailLightPart = 1.5f;
 constexpr int kDetailDisc = 18; // squared radius of the surroundings
-// Ridge, in squared units of the guides' tolerance: noise in guides must not look like a cause.
+// Ridge, in squared units of the guides' tolerance: noise in guides must not count as a cause.
 constexpr float kRidge = 0.1f;
 constexpr float kSmallLight = 1e-6f;
 // The third coordinate of a normal is redundant after the first two.
@@ -98,7 +98,7 @@ inline void addTap(const Pass& pass, const Own<kGuides>& own, Place row, int dx,
 // The guides of pixel i of the chunk, relative to the mean of its surroundings.
 template <int kCauses, uint32_t kSize>
 inline void explain(const Moments<kCauses, kSize>& sums, uint32_t i, float (&detail)[3]) {
-    float inverse = 1.0f / sums.weight[i]; // the pixel itself weighs 1
+    float inverse = 1.0f / sums.weight[i]; // the pixel itself has weight 1
     float guide[kCauses], color[3], matrix[kCauses][kCauses], pivot[kCauses];
     float total = sums.squaredColor[i] * inverse, explained = 0.0f;
     for (int g = 0; g < kCauses; ++g)

@@ -9,7 +9,7 @@ namespace sunstone::denoise {
 namespace {
 
 constexpr uint32_t kChunk = 256;      // pixels whose sums are held on the stack
-constexpr uint32_t kDetailChunk = 64; // few enough for all moments to stay in the first cache
+constexpr uint32_t kDetailChunk = 64; // all moments stay in the first-level cache
 
 template <class Chunk>
 void forChunks(const Pass& pass, Chunk chunk, uint32_t size = kChunk) {
@@ -17,7 +17,7 @@ void forChunks(const Pass& pass, Chunk chunk, uint32_t size = kChunk) {
         chunk(begin, std::min(pass.width, begin + size));
 }
 
-// Picks the variant for a pass's number of guides.
+// Selects the variant for a pass's number of guides.
 template <class Call>
 void withGuides(const Pass& pass, Call call) {
     switch (pass.guideCount) {

@@ -1,29 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-// The row kernels that find out whether the passes took away more than noise, and give that back;
-// part of rows_body.h, whose helpers it uses.
+// The row kernels that detect where the passes removed more than noise, and restore that part; part
+// of rows_body.h, whose helpers it uses.
 //
-// Noise of neighbouring pixels is independent. The difference of the given picture and the smoothed
-// one should therefore be white: where neighbours' differences are alike, they hold structure that
-// no guide shows (a glowing pattern, a shadow, a thin object). The covariance of neighbours at
-// distances of one and two pixels, extended to distance 0, is the structure's variance (Thong, Sim,
-// Phang 2001, "Single-image signal-to-noise ratio estimation"). As much of the difference returns.
+// Noise of neighbouring pixels is independent. The difference between the given picture and the
+// smoothed one should therefore be white: where neighbours' differences are alike, they hold
+// structure that no guide shows (a glowing pattern, a shadow, a thin object). The covariance of
+// neighbours at distances of one and two pixels, extrapolated to distance 0, is the structure's
+// variance (Thong, Sim, Phang 2001, "Single-image signal-to-noise ratio estimation"). That share of
+// the difference returns.
 //
-// Structure that is finer than two pixels, or sparse (the rim of an object), looks like noise to
-// that measure. But noise has neighbours alike: where the differences in a box around the pixel are
-// several times those of the quietest box beside it, the difference returns, too.
+// This measure takes structure that is finer than two pixels, or sparse (the rim of an object), for
+// noise. But noise is uniform in a neighbourhood: where the differences in a box around the pixel
+// are several times those of the quietest box beside it, the difference returns, too.
 #include "denoise/rows.h"
 
 namespace sunstone::denoise {
 namespace {
 
-// The part of the difference's variance that is structure: from the first on some of the difference
-// returns, from the second on all of it. Few pixels of noise alone seem to have some.
+// The part of the difference's variance that is structure. From the first value on the difference
+// begins to return, from the second on all of it returns. Noise alone seldom reaches the first.
 constexpr float kLeastStructure = 0.2f, kFullStructure = 0.6f;
 // Boxes of equal noise may differ by this factor, because noise has outliers.
 constexpr float kNoiseAround = 7.0f;
-// Squared error that the passes leave anywhere, relative to the light: less noise is not worth it.
+// Squared error that the passes leave anywhere, relative to the light: smaller noise is ignored.
 constexpr float kUsualLoss = 0.0005f;
-constexpr float kMostLoss = 2.0f; // relative to the smoothed light: one pixel must not decide
+constexpr float kMostLoss = 2.0f; // relative to the smoothed light: limits the effect of one pixel
 
 // pilot (the given picture), from (the smoothed one) -> to.color[0]: their difference, relative
 template <uint32_t kSize>
@@ -106,7 +107,7 @@ inline void sumRowChunk(const Pass& pass, uint32_t y, uint32_t begin, uint32_t e
         pass.to.color[2][here + x] = sums[x - begin];
 }
 
-// Pixels of a row or column within `radius` of a place.
+// Number of pixels of a row or column within `radius` of a place.
 inline int pixelsAround(uint32_t at, uint32_t size, int radius) {
     return std::min(int(at), radius) + std::min(int(size) - 1 - int(at), radius) + 1;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Statistics that fit images of any brightness to the range a filter expects. Logarithms are added
-// up as integers, so that results depend neither on the order of pixels nor on the device.
+// Statistics that scale images of any brightness to the range a filter expects. Logarithms are
+// added up as integers, so that results depend neither on the order of pixels nor on the device.
 #pragma once
 
 #include "denoise/image.h"
@@ -19,7 +19,7 @@ void averageLogColor(const Image& image, float (&result)[3]);
 // ---- Shared by CPUs and threads of GPUs ---------------------------------------------------------
 
 constexpr float kDarkest = 1e-8f;
-// Logarithms are below 128 in magnitude: with this many units for 1 the sum of 2^34 of them fits.
+// Logarithms are below 128 in magnitude: at this many units for 1 a sum of 2^34 logarithms fits.
 constexpr double kLogUnits = 0x1p22;
 
 struct LogSum {

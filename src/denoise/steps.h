@@ -13,16 +13,16 @@
 
 namespace sunstone::denoise {
 
-// Larger values count as infinite; its square still fits into a float with room.
+// Larger values count as infinite; the square of this one still fits into a float.
 constexpr float kLargestColor = 1e8f;
-// Albedo below which a colour is taken for emitted or mirrored rather than for diffuse, gradually
-// (and so are pixels at the rim of an object before the sky).
+// Below this albedo colours count gradually as emitted or mirrored instead of diffuse. The same
+// holds for pixels at the silhouette of an object before the sky.
 constexpr float kDarkAlbedo = 0.2f;
 constexpr float kLeastDivisor = 0.02f;
 
-// Limited colours are encoded for a screen. The mean of noisy encoded colours is too dark: they are
-// averaged as light, by a curve that is near to all in use. A screen shows nothing above 1: such
-// values would outshine their neighbours.
+// Limited colours are encoded for a screen. The mean of noisy encoded colours is too dark, so they
+// are averaged as light, by a curve that is close to all common encodings. A screen shows nothing
+// above 1: larger values would dominate their neighbours.
 inline float decoded(float value) {
     return value > 0.0f ? std::min(value * value, 1.0f) : 0.0f;
 }
@@ -38,8 +38,8 @@ inline float scaleOf(const Job& job, int channel) {
     return job.isScaled ? job.control->scale[channel] : 1.0f;
 }
 
-// Albedos are compared by contrast: between 0.02 and 0.1 lies as much as between 0.3 and 0.8.
-// Without that, dark textures would be averaged.
+// Albedos are compared by contrast: the distance from 0.02 to 0.1 equals that from 0.3 to 0.8.
+// Without this, dark textures would be averaged.
 constexpr float kDarkStretch = 0.6f, kStretchedAlbedo = 0.06f;
 inline float stretchedAlbedo(float albedo) {
     return albedo + kDarkStretch * albedo / (albedo + kStretchedAlbedo);
@@ -198,7 +198,7 @@ inline void toneMap(const Job& job, uint32_t x, uint32_t y) {
     writePixel(job.output, x, y, mapped);
 }
 
-// The brightness of a pixel as an eye sees it, 0 to 1.
+// The brightness of a pixel to the eye, 0 to 1.
 inline float brightnessOf(const Job& job, const Image& image, uint32_t x, uint32_t y) {
     float c[4] = {};
     readPixel(image, x, y, c);

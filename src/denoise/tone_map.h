@@ -8,9 +8,9 @@
 
 namespace sunstone::denoise {
 
-// `value` to the power of `exponent`, for values in (0, 1] that are normal and exponents above 0,
-// to some 2e-7. Single precision and constant coefficients: logarithm() and exponential() are for
-// single values of an image, this is for each of its pixels.
+// `value` to the power of `exponent`, for normal values in (0, 1] and exponents above 0, with a
+// relative error of about 2e-7. Single precision and constant coefficients, because it runs for
+// each pixel; logarithm() and exponential() are for single values of an image.
 inline float powerOf(float value, float exponent) {
     constexpr float kLn2High = 0x1.62e4p-1f, kLn2Low = 0x1.7f7d1cp-20f; // High has 15 bits
     // value = 2^binary m with m from sqrt(1/2) to sqrt(2)

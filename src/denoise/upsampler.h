@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes a denoised image twice as wide and high. All images have the size of the input, so no finer
-// guide exists; the images only give the place and direction of edges.
+// guide exists; the images only give the position and direction of edges.
 //
 //   1. Colours are compressed (fourth roots), so that a lamp does not outshine its neighbourhood.
 //   2. The structure tensor of colours and guides gives direction and strength of edges.
 //   3. A pixel's four successors are interpolated by a cubic without overshoot away from edges, and
 //      at edges by a Gaussian kernel stretched along the edge (steering kernels: Takeda, Farsiu,
-//      Milanfar 2007), which takes the steps and the noise out of edges.
+//      Milanfar 2007), which removes steps and noise from edges.
 //
 // A pixel depends on inputs within kUpsamplerRadius. Compiled for CPUs and for threads of GPUs.
 #pragma once

@@ -34,8 +34,8 @@ public:
     // the stream's error, which the next call on the stream throws. Throws Error(kInvalidValue) if
     // `stream` is not a live stream, and ContextFault if device code failed in the current context.
     virtual void enqueue(void* stream, std::function<void()> work) = 0;
-    // The CUcontext in which a stream was made; null for the default streams, which belong to the
-    // current context. Throws as enqueue does.
+    // The CUcontext in which a stream was created; null for the default streams, which belong to
+    // the current context. Throws like enqueue.
     virtual const void* streamContext(void* stream) = 0;
     // Whether a stream has no work left. False while it captures.
     virtual bool isIdle(void* stream) = 0;
@@ -57,11 +57,11 @@ public:
 // The CPU as a device; one per process.
 Device& cpuDevice();
 
-// Lends memory to the CPU device, or takes it back: CUDA calls and the memory check take it for
+// Lends memory to the CPU device, or takes it back: CUDA calls and the memory check treat it as
 // managed memory, which they do not free.
 void lendToCpuDevice(void* memory, size_t size);
 void takeFromCpuDevice(void* memory) noexcept;
-// Whether the address lies where the process has the CPU device's memory alone.
+// Whether the address lies in ranges that contain only the CPU device's memory.
 bool isCpuDeviceAddress(const void* address);
 
 } // namespace sunstone::device

@@ -140,7 +140,7 @@ enum AccessKind : uint32_t {
     kAccessMotion,        // gas
 };
 
-// What an exception program can ask for; all zero but what the code has.
+// Data of the getters of exception programs; members that the code does not use are zero.
 struct ExceptionInfo {
     uint64_t traversable;
     uint32_t sbtOffset;
@@ -185,19 +185,19 @@ struct LaunchState {
     uint32_t maxTraceDepth;
     void (*trace)(RayState*);                                    // traversal + hit/miss programs
     uint32_t (*report)(RayState*, float t, uint32_t kind);       // ProgramResult: kIgnore = rejected
-    // Just before the call of a callable: its code (of the right kind), and callableData is set.
-    // `call`: bit 0 continuation callable, from bit 8 the words of parameters that are passed.
+    // Precedes the call of a callable: returns its code (of the right kind) and sets callableData.
+    // `call`: bit 0 continuation callable, from bit 8 the number of parameter words passed.
     const void* (*callable)(RayState*, uint32_t sbtIndex, uint32_t call);
-    // From programs: `trap` and user exceptions. ThreadState::line says where.
+    // Called by programs: `trap` and user exceptions. ThreadState::line has the place.
     void (*throwException)(RayState*, int32_t code, uint32_t detailCount, const uint32_t* details);
-    // From the run-time: leaves the launch index with this code. Does not return.
+    // Called by the run-time: leaves the launch index with this code. Does not return.
     void (*raise)(RayState*, int32_t code, const ExceptionInfo* info);
-    // With kFlagDebug, before a getter with a handle or index (AccessKind): raises where the
-    // getter would answer with NaN or null.
+    // With kFlagDebug, before a getter with a handle or index (AccessKind): raises an exception
+    // where the getter would return NaN or null.
     void (*checkAccess)(RayState*, uint32_t kind, uint64_t handle, uint32_t first, uint32_t second);
-    // With kFlagDebug, at the start of a program with a payload: raises unless the trace had it.
+    // With kFlagDebug, at the start of programs with a payload: raises if the trace's type differs.
     void (*checkPayload)(RayState*, uint32_t type);
-    // Of code compiled for the memory checker; ends the launch index where the access is invalid.
+    // Called by code for the memory checker; ends the launch index if the access is invalid.
     void (*checkMemory)(RayState*, const CheckedAccess*);
     uint64_t paramsBytes;         // of the block at `params`
     SbtView sbt;
@@ -206,13 +206,13 @@ struct LaunchState {
     uint32_t groupCount;          // entries of `groups`
     uint32_t exceptionFlags;      // OptixExceptionFlags of the pipeline
     uint32_t hasAnyHit;           // some hit group of the pipeline has an any-hit program
-    uint32_t opacityMicromaps;    // rays look at them
-    uint32_t motion;              // rays have times; without it they meet nothing that moves
+    uint32_t opacityMicromaps;    // rays test opacity micromaps
+    uint32_t motion;              // rays have times; otherwise they meet no moving objects
     uint32_t traversableGraphFlags;
     uint32_t primitiveTypeFlags;
-    uint32_t maxGraphDepth;       // traversables on a path; the runner gives what flags ask for
+    uint32_t maxGraphDepth;       // limit of traversables on a path
     uint32_t numAttributes;
-    // Random access to structures; what is not there gives NaN or the null handle.
+    // Random access to structures; missing data gives NaN or the null handle.
     void (*triangleVertices)(uint64_t gas, uint32_t primitive, uint32_t sbtGasIndex, float time,
                              float* vertices); // nine floats
     uint64_t (*instanceHandle)(uint64_t ias, uint32_t index);
@@ -221,8 +221,8 @@ struct LaunchState {
     // of the OptixPrimitiveType.
     void (*shapePoints)(uint64_t gas, uint32_t shape, uint32_t primitive, uint32_t sbtGasIndex,
                         float time, float* points);
-    // For generations with visit programs: walks child `index` of the node at RayState::visited, from
-    // where the walk is. kTerminate: the ray has ended, and the program returns.
+    // For generations with visit programs: walks child `index` of the node at RayState::visited,
+    // from the current place of the walk. kTerminate: the ray has ended, and the program returns.
     uint32_t (*visitChild)(RayState*, uint32_t index);
     uint32_t attributeBytes; // of an attribute block; 0 in generations with attribute words
     uint32_t entryKind;      // GroupKind of the entry record's group
@@ -231,17 +231,17 @@ struct LaunchState {
     uint32_t motionStep;     // of bounds programs with motion
 };
 
-// On GPUs these follow the LaunchState, and the kernel has them as its arguments behind the address of
-// that, in this order: there they cost nothing to read.
+// On GPUs these follow the LaunchState. The kernel receives them as arguments, in this order, after
+// the address of the LaunchState, so that reading them is free.
 struct LaunchConstants {
-    uint64_t usual; // a handle that is known to be good and that rays are likely to be given; or 0
-    uint64_t known; // the handles that lead somewhere, see bvh/gpu/known_handles.h
+    uint64_t usual; // a valid handle that most rays are likely to use; or 0
+    uint64_t known; // the table of valid handles, see bvh/gpu/known_handles.h
     uint64_t maxGraphDepth;
     static constexpr unsigned kCount = 3;
 };
 static_assert(sizeof(LaunchConstants) == LaunchConstants::kCount * sizeof(uint64_t));
 
-// A hit: the candidate an any-hit or intersection program looks at, or the accepted one.
+// A hit: the candidate of an any-hit or intersection program, or the accepted hit.
 struct Hit {
     float t;
     uint32_t kind;
@@ -264,15 +264,15 @@ struct ThreadState {
     void* exceptionFrame;     // jump target of the launch index, owned by the launch loop
     int32_t exceptionCode;
     uint32_t exceptionDetails[8];
-    uint64_t knownHandles[4]; // traversables that trace has found to be in mapped memory; starts as 0
+    uint64_t knownHandles[4]; // traversables that trace has found in mapped memory; starts as 0
     RayState* root;           // state of the launch index itself
     uint64_t stackLimit;      // frames below this address are an overflow
     const char* line;         // place of the throw, or (kFlagDebug) of the callable's call; or null
     ExceptionInfo exception;
 };
 
-// What a program sees. Compiled code fills [trace] fields of a new one at each optixTrace; the
-// run-time fills the rest.
+// The data that a program can access. Compiled code fills [trace] fields of a new one at each
+// optixTrace; the run-time fills the rest.
 struct alignas(64) RayState {
     float worldOrigin[3];     // [trace]
     float tmin;               // [trace]
@@ -300,8 +300,8 @@ struct alignas(64) RayState {
     Hit hit;                  // candidate in intersection/any-hit, accepted in closest-hit
     void* traversal;          // private to the traversal loop
     const char* line;         // [trace] place of the trace call, with kFlagDebug; else not set
-    // Generations whose payload and attributes are variables of any size have them in memory and
-    // leave `payload` and the attribute words alone.
+    // Generations whose payload and attributes are variables of any size keep them in memory and do
+    // not use `payload` and the attribute words.
     void* payloadMemory; // [trace] of the caller; in bounds programs the primitive's box
     // [trace] Two blocks of LaunchState::attributeBytes. Programs see the first: in intersection and
     // any-hit the candidate's, in closest-hit the accepted hit's. An accepted hit swaps the two.
@@ -319,9 +319,9 @@ struct alignas(64) VisitNode {
 };
 
 // ---- CUDA kernels -----------------------------------------------------------------------------
-// A kernel is `void kernel(KernelThread*, const void* params)`; params is laid out as the PTX
-// .param list says (each at its alignment). Other functions of a kernel module get KernelThread*
-// as hidden first parameter, as RayState* above.
+// A kernel is `void kernel(KernelThread*, const void* params)`; params has the layout of the PTX
+// .param list (each parameter at its alignment). Other functions of a kernel module get
+// KernelThread* as hidden first parameter, like RayState* above.
 struct KernelThread {
     uint32_t tid[3];
     uint32_t ntid[3];
@@ -335,32 +335,33 @@ struct KernelThread {
     uint32_t gridIdLow;
     void* block;              // private to the launcher; begins with a BlockFunctions*
     uint64_t gridWorkspace;   // of a cooperative launch, else 0; the word at +4 is the grid barrier's
-    uint32_t spins;           // reads of what others may write until the thread lets others run
+    uint32_t spins;           // reads of memory that others may write, until the thread yields
     uint32_t sharedBytes;     // of `shared`
 };
 
-// What a kernel calls where threads meet: `(*(BlockFunctions**)thread->block)->barrier(...)`. Kernels
-// that reach none of these need none, and their threads then run as a plain loop.
+// Functions of a kernel's meeting points: `(*(BlockFunctions**)thread->block)->barrier(...)`.
+// Kernels without meeting points need none; their threads run as a plain loop.
 enum BarrierReduction : uint32_t { kReduceNone = 0, kReduceAnd, kReduceOr, kReduceCount };
 struct BlockFunctions {
-    // bar.sync, bar.red: returns once `threads` threads (0: all of the block that still run) have
-    // come to barrier `id` (0..15). Result: and / or of `value != 0` (0 or 1), or how many had it.
+    // bar.sync, bar.red: returns once `threads` threads (0: all running threads of the block) have
+    // arrived at barrier `id` (0..15). Result: and / or of `value != 0` (0 or 1), or the number of
+    // threads with that.
     uint32_t (*barrier)(KernelThread*, uint32_t id, uint32_t threads, uint32_t reduction,
                         uint32_t value);
-    // bar.arrive: counts as a thread that came to the barrier, without waiting.
+    // bar.arrive: counts as an arrival at the barrier, without waiting.
     void (*arrive)(KernelThread*, uint32_t id, uint32_t threads);
-    // shfl, vote, match, redux, bar.warp.sync: returns once all lanes of `mask` that still run are
-    // here; then values[lane] is what each of them brought. Result: the lanes that took part.
+    // shfl, vote, match, redux, bar.warp.sync: returns once all running lanes of `mask` have
+    // arrived; values[lane] then has the value of each. Result: the lanes that took part.
     uint32_t (*exchange)(KernelThread*, uint32_t mask, uint64_t value, uint64_t values[32]);
-    // activemask: the lanes taken to run together; only the own lane is certain.
+    // activemask: the lanes assumed to run together; only the own lane is certain.
     uint32_t (*activeMask)(KernelThread*);
     // exit, or a fault: ends the calling thread. Does not return.
     void (*exitThread)(KernelThread*);
     // trap or a failed assertion: as exitThread, and the launch fails for all its threads.
     void (*fault)(KernelThread*, uint32_t kind);
-    // The thread may be waiting for another one: lets others run, and sets `spins` anew.
+    // The thread may be waiting for another one: lets others run, and resets `spins`.
     void (*yield)(KernelThread*);
-    // Of code compiled for the memory checker: `fault` where the access is invalid.
+    // Called by code for the memory checker: `fault` if the access is invalid.
     void (*checkMemory)(KernelThread*, const CheckedAccess*);
     // isspacep: the end of the stack that holds the thread's frames.
     uint64_t (*stackEnd)(KernelThread*);
@@ -368,7 +369,7 @@ struct BlockFunctions {
 enum KernelFault : uint32_t {
     kFaultTrap = 0,
     kFaultAssertion = 1,
-    // Found by the memory checker: the other threads of the launch go on.
+    // Found by the memory checker: the other threads of the launch continue.
     kFaultAddress = 2,
     kFaultAlignment = 3,
     kFaultShared = 4,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // GroupEntry::builtinPrimitive: the number of an OptixPrimitiveType and, from bit 16 on, the
-// options of the built-in intersection (OptixBuiltinISOptions). 0: none. CPUs and GPUs decide alike
-// whether a group fits a structure.
+// options of the built-in intersection (OptixBuiltinISOptions). 0: none. CPUs and GPUs share the
+// rule that decides whether a group fits a structure.
 #pragma once
 
 #include "bvh/input/input_lookup.h"

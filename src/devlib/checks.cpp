@@ -87,7 +87,7 @@ void checkRayFlags(RayState* state) {
 void checkRay(RayState* state) {
     checkFinite(state);
     checkRayFlags(state);
-    // Eight bits count here, as the manual says; on some processors only four.
+    // Eight bits are used here, as the manual requires; some processors use only four.
     LaunchNotes* notes = notesOf(*state->launch);
     if (notes && (state->sbtOffset > 15 || state->sbtStride > 15))
         note(notes->wideSbt);

@@ -21,7 +21,7 @@ struct Scratch {
     std::vector<uint64_t> words;
 };
 
-// Loads from there give zeros, stores are lost.
+// Loads from the result give zeros; stores are discarded.
 void* outside(RayState* state, uint32_t bytes, uint32_t code) {
     if (code != 0 && (classicOf(*state).exceptions & switchOf(code)))
         state->launch->raise(state, int32_t(code), nullptr);
@@ -39,7 +39,7 @@ void checkRay(RayState* state, RayState* ray) {
             state->launch->raise(state, kCodeInvalidRay, nullptr);
 }
 
-// Of an entry of a transform list.
+// The matrices of an entry of a transform list.
 void matricesOf(uint64_t handle, float time, float toWorld[12], float toObject[12]) {
     const HandleTag tag = tagOf(handle);
     if (tag == kTagInstance) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What compiled programs of the classic API share with the run-time beside abi.h: the launch
-// parameter block, which the shell fills and the library's users never see, the records, and views
-// of buffers. Plain data; the compiler takes offsetof of these structs.
+// Data that compiled programs of the classic API share with the run-time, beside abi.h: the launch
+// parameter block, which the shell fills and users never see, the records, and views of buffers.
+// Plain data; the compiler takes offsetof of these structs.
 #pragma once
 
 #include "base/inline.h"
@@ -9,8 +9,8 @@
 
 namespace sunstone::devlib {
 
-// A buffer as programs see it; one for each buffer of the context, at an address that stays, and
-// copies in blocks of variables. GPUs load the first two members at once.
+// A buffer as programs see it; one for each buffer of the context, at a fixed address, and copies
+// in blocks of variables. GPUs load the first two members at once.
 struct alignas(16) BufferView {
     uint8_t* data;
     uint64_t size[3]; // elements; 1 beyond the dimensionality
@@ -18,8 +18,8 @@ struct alignas(16) BufferView {
     uint32_t dimensions; // 0: the view of all ids that are invalid
 };
 
-// Exceptions that have to be enabled. kFlagStackOverflow, kFlagTraceDepth and kFlagUser of
-// PipelineRules::exceptionFlags are the others.
+// Exceptions that can be enabled, beside kFlagStackOverflow, kFlagTraceDepth and kFlagUser of
+// PipelineRules::exceptionFlags.
 enum ClassicException : uint32_t {
     kClassicBufferIndex = 1,
     kClassicBufferId = 2,
@@ -48,7 +48,7 @@ enum ClassicCode : int32_t {
     kCodeUserMax = 0xFFFF,
 };
 
-// The switch of an exception that an element outside its buffer raises, and the like.
+// The flag of ClassicException that enables the exception `code`.
 SUNSTONE_INLINE uint32_t switchOf(uint32_t code) {
     switch (code) {
     case kCodeBufferIndex:
@@ -77,20 +77,21 @@ struct ClassicLaunch {
     uint32_t exceptions; // ClassicException
     uint32_t printEnabled;
     int32_t printIndex[3]; // of the launch index that prints; -1: any
-    // These are for CPUs; programs on GPUs call functions of devlib/gpu/classic.h.
-    // The address of an element that is not in its buffer: zeros of the thread. `code`: of the
-    // exception, which is raised where it is enabled.
+    // The functions are for CPUs; programs on GPUs call functions of devlib/gpu/classic.h.
+    //
+    // The address for an element outside its buffer: zeros of the thread. Raises `code` if that
+    // exception is enabled.
     void* (*outside)(RayState*, uint32_t bytes, uint32_t code);
     // Before a trace, with kClassicInvalidRay.
     void (*checkRay)(RayState*, RayState* ray);
-    // The 3x4 matrix from world to object space where the program is, or the other way.
+    // The 3x4 matrix from world to the program's object space, or its inverse.
     void (*matrix)(RayState*, uint32_t toWorld, float rows[12]);
 };
 
 // Blocks with the variables of a record's programs.
 enum ClassicBlock : uint32_t { kBlockMain, kBlockAnyHit, kBlockIntersection, kBlockAttribute };
 
-// A record of any kind. Of the header's words without a use, hit records have three.
+// A record of any kind. Hit records store three words in the unused part of the header.
 struct alignas(64) ClassicRecord {
     SbtHeader header;
     const void* blocks[4]; // by ClassicBlock
@@ -104,12 +105,12 @@ enum ClassicHeaderWord : uint32_t {
 // Hit programs of a record that read attributes, or call programs that may.
 enum AttributeReader : uint32_t { kAnyHitReads = 1, kClosestHitReads = 2 };
 
-// Attributes that triangles have without an attribute program stand first in every block.
+// Built-in attributes of triangles, the first ones in every block.
 constexpr uint32_t kBarycentricsOffset = 0, kInstanceIdOffset = 8, kFirstAttribute = 16;
 
-// Words of RayState::payload have other uses, as payloads are in memory.
-constexpr uint32_t kWordTmax = 0;      // [trace] end of the interval that the trace call has
-constexpr uint32_t kWordCallables = 1; // [trace] callables that have called one another
+// Words of RayState::payload have other uses here, as payloads are in memory.
+constexpr uint32_t kWordTmax = 0;      // [trace] end of the interval of the trace call
+constexpr uint32_t kWordCallables = 1; // [trace] depth of nested callables
 
 // The functions of ClassicLaunch for the CPU.
 void bindClassic(ClassicLaunch& launch);

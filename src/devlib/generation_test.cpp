@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a second API generation asks of the trace run-time: records found by a rule of its own,
-// visit programs that choose among children, attributes in blocks of any size, payloads in memory.
+// Features that a second API generation needs from the trace run-time: records found by a rule of
+// its own, visit programs that choose among children, attributes in blocks of any size, payloads in
+// memory.
 #include "bvh/build/build.h"
 #include "bvh/testing/meshes.h"
 #include "devlib/trace_body.h"
@@ -192,8 +193,8 @@ TEST_F(Generation, VisitNodesMayNest) {
     EXPECT_EQ(programs.misses, 0);
 }
 
-// The attributes that closest-hit sees are the accepted hit's, whatever later candidates that were
-// rejected wrote.
+// Closest-hit sees the attributes of the accepted hit, whatever later rejected candidates have
+// written.
 TEST_F(Generation, AttributeBlocksFollowTheAcceptedHit) {
     const Structure structure =
         boxes({{{-1, -1, 4}, {1, 1, 5}}, {{-1, -1, 2}, {1, 1, 3}}, {{-1, -1, 7}, {1, 1, 8}}});

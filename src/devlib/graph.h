@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes of the traversable graph: handles, the instances that acceleration
-// structures hold, and what a hit says of its primitive.
+// Nodes of the traversable graph: handles, the instances of acceleration structures, and the data
+// of a hit about its primitive.
 #pragma once
 
 #include <cstdint>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a hit means, as pure functions that the run-times of CPUs and GPUs share: whether its
-// any-hit program runs, whether flags drop it, which face it is of, what an accepted one leaves
-// behind, and what makes a traversable unfit for a pipeline. Source: OptiX API reference 7.4,
-// sections 3.12.4.12 (ray flags), 3.12.4.9 (instance flags) and 3.12.4.7 (geometry flags).
+// Rules of hits, as pure functions that the run-times of CPUs and GPUs share: whether the any-hit
+// program runs, whether flags drop the hit, which face was hit, the state after an accepted hit,
+// and which traversables do not fit a pipeline. Source: OptiX API reference 7.4, sections 3.12.4.12
+// (ray flags), 3.12.4.9 (instance flags) and 3.12.4.7 (geometry flags).
 #pragma once
 
 #include "bvh/layout.h"
@@ -11,7 +11,7 @@
 
 namespace sunstone::devlib {
 
-// Whether any-hit counts as enabled, by geometry and instance; the ray's flags come on top.
+// Whether any-hit is enabled by geometry and instance; the ray's flags apply after that.
 SUNSTONE_INLINE bool anyHitEnabled(uint32_t instanceFlags, uint32_t sbtWord) {
     if (instanceFlags & (kInstanceDisableAnyHit | kInstanceEnforceAnyHit))
         return (instanceFlags & kInstanceDisableAnyHit) == 0;
@@ -45,19 +45,19 @@ SUNSTONE_INLINE uint32_t triangleKind(float det, uint32_t instanceFlags) {
     return (det > 0) != flipped ? kHitTriangleFront : kHitTriangleBack;
 }
 
-// Of two built-in primitives at the same distance the one with the lower number is hit, in whichever
-// order the walk meets them.
+// Of two built-in primitives at the same distance the one with the lower number is hit, in any
+// order of the walk.
 SUNSTONE_INLINE bool losesTie(float t, uint32_t primitive, bool found, float bestT,
                               uint32_t bestPrimitive) {
     return t == bestT && found && primitive > bestPrimitive;
 }
 
-// Whether t is in the interval of the ray as it stands.
+// Whether t is in the ray's current interval.
 SUNSTONE_INLINE bool inInterval(const RayState& ray, float t, float tmax) {
     return t >= ray.tmin && t <= tmax;
 }
 
-// A hit that optixReportIntersection describes becomes the candidate.
+// Turns a hit of optixReportIntersection into the candidate.
 template <class Records>
 SUNSTONE_INLINE void reportCandidate(RayState& ray, float t, uint32_t kind) {
     ray.hit.t = t;
@@ -67,7 +67,7 @@ SUNSTONE_INLINE void reportCandidate(RayState& ray, float t, uint32_t kind) {
             ray.hit.attributes[i] = ray.reportAttributes[i];
 }
 
-// The candidate becomes the best hit, but for where in the graph it is.
+// Turns the candidate into the best hit, except for its place in the graph.
 template <class Records, class Best>
 SUNSTONE_INLINE void keepCandidate(const Hit& hit, Best& best) {
     best.kind = hit.kind;
@@ -97,7 +97,7 @@ SUNSTONE_INLINE uint32_t primitiveFlagOf(const bvh::BlockHeader& block) {
 }
 
 // The code of the exception that a traversable raises under debug exceptions, below `above` others;
-// 0 if it fits the pipeline. `block`: the structure of the handle, or null if it leads to none.
+// 0 if it fits the pipeline. `block`: the structure of the handle, or null if there is none.
 SUNSTONE_INLINE int32_t faultOfTraversable(const LaunchState& launch, HandleTag tag,
                                            const bvh::BlockHeader* block, uint32_t above) {
     const uint32_t flags = launch.traversableGraphFlags; // 0: all graphs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events of a launch that deserve a line in the log. Callers that log them run a NotedLaunch.
+// Events of a launch that are logged. Callers that log them run a NotedLaunch.
 #pragma once
 
 #include "devlib/abi.h"
@@ -10,9 +10,9 @@ namespace sunstone::devlib {
 struct LaunchNotes {
     uint32_t deepGraph = 0; // a path of traversables was longer than declared
     uint32_t wideSbt = 0;   // kFlagDebug: an SBT offset or stride of a trace call was above 15
-    // A ray came to what the pipeline's options exclude, and passed it by.
-    uint32_t outsideFlags = 0; // by the graph flags
-    uint32_t motion = 0;       // something moves, and rays have no times
+    // A ray met an object that the pipeline's options exclude, and ignored it.
+    uint32_t outsideFlags = 0; // excluded by the graph flags
+    uint32_t motion = 0;       // a moving object, and rays have no times
 
     void add(const LaunchNotes& other) {
         deepGraph |= other.deepGraph;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels whose threads run a warp at a time: data shared by compiled code and its launcher.
 //
-// Beside the KernelFn of a single thread, a kernel can have a LockstepFn, in which each value of
-// the program is a vector with one element for each of the 32 lanes of a warp
-// (compiler/lockstep/lockstep.h). One call runs the lanes of a mask from their point to the next
-// one: a barrier, a warp function that needs other lanes, or the end. At a point the lanes leave
-// their operands in the warp and the values they need later in its frame; the launcher decides
-// which lanes continue, and with which result.
+// Beside the KernelFn of a single thread, a kernel can have a LockstepFn
+// (compiler/lockstep/lockstep.h). In that form each value of the program is a vector with one
+// element for each of the 32 lanes of a warp. One call runs the lanes of a mask from their point to
+// the next one: a barrier, a warp function that needs other lanes, or the end. At a point the lanes
+// store their operands in the warp and the values that they need later in its frame; the launcher
+// decides which lanes continue, and with which result.
 #pragma once
 
 #include "devlib/abi.h"
@@ -47,12 +47,12 @@ struct alignas(64) LockstepWarp {
     alignas(64) uint32_t point[kWarpLanes];
     uint32_t operand[3][kWarpLanes];
     uint64_t value[kWarpLanes];
-    uint64_t result[kWarpLanes]; // what it goes on with, as the functions of BlockFunctions' users
-                                 // in compiler/runtime/kernel.cpp return it
+    uint64_t result[kWarpLanes]; // its result at the point, as the functions of BlockFunctions'
+                                 // users in compiler/runtime/kernel.cpp return it
 };
 
-// Runs those of `lanes`, all at `point` (0: the beginning), that can run together; returns them, at
-// least one.
+// Runs those of `lanes`, all at `point` (0: the beginning), that can run together; returns the
+// lanes that ran, at least one.
 using LockstepFn = uint32_t (*)(LockstepWarp*, const void* params, uint32_t point, uint32_t lanes);
 
 } // namespace sunstone::devlib

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays through triangles with opacity micromaps: the programs that run, and the hits, by state and
-// by the flags of geometry, instance and ray. The judges: the rules written out, any-hit programs
-// that decide the same, and for moving triangles the same ones without motion.
+// by the flags of geometry, instance and ray. References: the rules written out, any-hit programs
+// that decide the same, and, for moving triangles, the same triangles without motion.
 #include "bvh/micromap/micromap_array.h"
 #include "bvh/motion/motion.h"
 #include "bvh/testing/meshes.h"
@@ -247,7 +247,8 @@ void MicromapTrace::combineStatesAndFlags(bool moving) {
                                          << instanceFlags << ", ray " << flags);
                             const Answer a =
                                 trace(handleOf(ias), inside[place], {0, 0, -1}, flags, time);
-                            // Without closest-hit program a hit shows as no miss.
+                            // Without closest-hit program a hit shows only in the absence of a
+                            // miss.
                             ASSERT_EQ(flags & kRayDisableClosestHit ? a.state.payload[0] == 7
                                                                     : a.hit,
                                       e.hit);

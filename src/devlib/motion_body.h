@@ -102,7 +102,7 @@ inline bool Tracer<Records>::enterMovingCustoms(const isa::MovingNodes& nodes, c
     return ended_;
 }
 
-// An instance acceleration structure with motion keys; anything else has nothing to hit.
+// An instance acceleration structure with motion keys; other structures are never hit.
 template <class Records>
 [[gnu::noinline]] inline bool Tracer<Records>::enterMovingInstances(const bvh::BlockHeader* block,
                                                            const float org[3], const float dir[3]) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // How programs and their data are found. One set of functions for CPUs and GPUs.
 //
-// A record is an SbtHeader, which names a program group, with the programs' data behind it. Where
-// the record of a hit, a miss or a callable stands is a choice of the API generation: the trace
-// run-time asks a Records type, its template parameter, for addresses. SbtRecords is that of
-// OptiX 7, ClassicRecords that of the classic API. A record's address is 0 where there is none.
+// A record is an SbtHeader, which names a program group, followed by the programs' data. The API
+// generation defines the position of the record of a hit, a miss or a callable: the trace run-time
+// asks a Records type, its template parameter, for addresses. SbtRecords is that of OptiX 7,
+// ClassicRecords that of the classic API. A missing record has the address 0.
 #pragma once
 
 #include "base/inline.h"
@@ -15,7 +15,7 @@ namespace sunstone::devlib {
 
 constexpr uint32_t kNoGroup = ~0u;
 
-// Address of a record in a table, or 0 where the table has none of that index.
+// Address of a record in a table, or 0 for an index beyond the table.
 SUNSTONE_INLINE uint64_t recordAt(uint64_t base, uint32_t stride, uint32_t count, uint64_t index) {
     return base == 0 || index >= count ? 0 : base + index * stride;
 }
@@ -24,8 +24,8 @@ SUNSTONE_INLINE const void* dataOf(uint64_t record) {
     return record ? reinterpret_cast<const void*>(record + sizeof(SbtHeader)) : nullptr;
 }
 
-// A record's group, counted from the pipeline's first, if its header says it is of that kind; else
-// kNoGroup. Groups of other pipelines give numbers that the pipeline does not have.
+// A record's group, counted from the pipeline's first, if its header has that kind; else kNoGroup.
+// Groups of other pipelines give numbers that the pipeline does not have.
 SUNSTONE_INLINE uint32_t groupOf(const LaunchState& launch, uint64_t record, GroupKind kind) {
     const SbtHeader& header = *reinterpret_cast<const SbtHeader*>(record);
     return header.magic == kSbtMagic && header.kind == kind ? header.group - launch.firstGroup
@@ -43,7 +43,7 @@ struct SbtRecords {
     static constexpr bool kOwnHandles = false;        // rays have handles of the shell alone
     static constexpr unsigned kAttributeWords = kMaxAttributeWords; // of a hit, beside the blocks
 
-    // The index that a hit's record has, for messages too.
+    // The index of a hit's record, also for messages.
     SUNSTONE_INLINE_MEMBER static uint64_t hitIndex(const RayState& ray, uint32_t sbtGasIndex,
                                                     uint32_t instanceSbtOffset) {
         return uint64_t(instanceSbtOffset) + uint64_t(sbtGasIndex) * (ray.sbtStride & 0xFF) +
@@ -64,7 +64,7 @@ struct SbtRecords {
         return recordAt(sbt.callableBase, sbt.callableStride, sbt.callableCount, index);
     }
 
-    // For code that is no template: ClassicRecords describes them.
+    // For code that is no template: see ClassicRecords.
     SUNSTONE_INLINE_MEMBER static int32_t callableFault(const LaunchState&) { return 0; }
     SUNSTONE_INLINE_MEMBER static bool hasMaterial(const RayState&, uint32_t) { return true; }
     SUNSTONE_INLINE_MEMBER static int32_t materialFault(const RayState&) { return 0; }
@@ -73,8 +73,8 @@ struct SbtRecords {
 };
 
 // The records of the classic API are a table that its shell makes. Each geometry group has entries
-// from InstanceRecord::sbtOffset on: for each of its instances an entry for each material, and in
-// an entry a record for each ray type.
+// from InstanceRecord::sbtOffset on: an entry for each material of each of its instances, and in an
+// entry a record for each ray type.
 struct ClassicRecords {
     static constexpr bool kVisits = true;
     static constexpr bool kAttributeBlocks = true;
@@ -100,8 +100,7 @@ struct ClassicRecords {
     SUNSTONE_INLINE_MEMBER static uint64_t callable(const LaunchState& launch, uint32_t index) {
         return SbtRecords::callable(launch, index);
     }
-    // The code of the exception that the call of an invalid program id raises; 0: none, it is not
-    // enabled.
+    // The code of the exception for a call of an invalid program id; 0 if it is disabled.
     SUNSTONE_INLINE_MEMBER static int32_t callableFault(const LaunchState& launch) {
         const auto* params = static_cast<const ClassicLaunch*>(launch.params);
         return params->exceptions & kClassicProgramId ? kCodeProgramId : 0;
@@ -111,7 +110,7 @@ struct ClassicRecords {
         const auto* record = static_cast<const ClassicRecord*>(ray.hit.record);
         return record && material < record->header.pad[kWordMaterials];
     }
-    // The code of the exception that the lack of a material raises; 0: none, it is not enabled.
+    // The code of the exception for a missing material; 0 if it is disabled.
     SUNSTONE_INLINE_MEMBER static int32_t materialFault(const RayState& ray) {
         const auto* launch = static_cast<const ClassicLaunch*>(ray.launch->params);
         return launch->exceptions & kClassicIndex ? kCodeIndex : 0;
@@ -121,7 +120,7 @@ struct ClassicRecords {
         const auto* record = static_cast<const ClassicRecord*>(ray.hit.record);
         return record && (record->header.pad[kWordReaders] & reader);
     }
-    // What programs see of a triangle before an attribute program adds to it.
+    // Sets the attributes of a triangle, before an attribute program adds to them.
     SUNSTONE_INLINE_MEMBER static void setTriangleAttributes(RayState& ray) {
         auto* block = static_cast<char*>(ray.attributeBlocks[0]);
         const auto* record = static_cast<const ClassicRecord*>(ray.hit.record);
@@ -133,7 +132,7 @@ struct ClassicRecords {
     }
 };
 
-// Before a bounds program runs: its primitive is the launch index.
+// Precedes a bounds program: its primitive is the launch index.
 SUNSTONE_INLINE void prepareBounds(RayState& root) {
     const uint32_t index = root.thread->index[0];
     root.hit.primitive = root.launch->firstPrimitive + index;

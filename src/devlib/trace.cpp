@@ -20,13 +20,13 @@ namespace sunstone::devlib {
 
 namespace {
 
-// Stands for callables that do not exist: returns 0 in every register a result may be in.
+// Takes the place of missing callables: returns 0 in every register of a result.
 uint64_t noCallable(RayState*) {
     asm volatile("pxor %%xmm0, %%xmm0" ::: "xmm0");
     return 0;
 }
 
-// Compiled code asks at each call, not where a program looks the callable up: the data set here is
+// Compiled code calls this for each call, not at the look-up of the callable: the data set here is
 // then the callee's, whatever was looked up or called in between.
 const void* callable(RayState* state, uint32_t sbtIndex, uint32_t call) {
     checkStack(state);
@@ -55,7 +55,7 @@ const void* checkedCallable(RayState* state, uint32_t sbtIndex, uint32_t call) {
 // The block of a handle in mapped memory, or null.
 const void* blockAt(uint64_t handle, HandleTag tag) {
     const auto* block = reinterpret_cast<const void*>(addressOf(handle));
-    // Programs ask about the same structure many times.
+    // Programs query the same structure many times.
     thread_local const void* known = nullptr;
     thread_local uint64_t epoch = 0;
     if (tagOf(handle) != tag)
@@ -158,8 +158,8 @@ void bindTrace(LaunchState& launch, const TraceFeatures& features) {
 }
 
 bool isTraversable(uint64_t handle) {
-    // From one tile of a launch to the next the handles stay the same. As many slots as scenes have
-    // transforms usually: a miss costs system calls, at worst for every ray.
+    // The handles stay the same from one tile of a launch to the next. There are slots for the
+    // usual number of transforms of a scene: a miss costs system calls, at worst for every ray.
     constexpr size_t kKnown = 1024;
     thread_local uint64_t known[kKnown] = {};
     thread_local uint64_t epoch = 0;

@@ -15,8 +15,8 @@
 
 namespace sunstone::devlib {
 
-// What the programs and graphs of a pipeline may need; leaving something out makes traces faster,
-// and what is left out must not occur.
+// Features that the programs and graphs of a pipeline may need. A disabled feature makes traces
+// faster and must not occur.
 struct TraceFeatures {
     bool anyHit = true;     // some hit group has an any-hit program
     bool custom = true;     // custom primitives
@@ -25,14 +25,14 @@ struct TraceFeatures {
     bool classic = false;   // programs of the classic API, with its records
 };
 
-// Whether the handle's own memory is mapped: asked once per thread for a handle that programs pass
-// to optixTrace, and for children of static transforms; see ThreadState::knownHandles. (Children of
-// instances are looked at when their structure is built.)
+// Whether the handle's own memory is mapped. Queried once per thread for a handle that programs
+// pass to optixTrace, and for children of static transforms; see ThreadState::knownHandles. (Builds
+// check the children of instances.)
 bool isTraversable(uint64_t handle);
 
-// Walks the rays of several launch indices together, as `trace` does with one: the same hits, bit
-// for bit. It runs no program and raises nothing. next[i] is what remains to be done for
-// states[i], on the stack of its launch index:
+// Walks the rays of several launch indices together, with the same hits as `trace`, bit for bit. It
+// runs no program and raises no exception. next[i] is the remaining work for states[i], on the
+// stack of its launch index:
 //   null                  nothing
 //   a closest-hit or      the hit or the miss is in the state; the caller calls the program
 //   miss program
@@ -50,10 +50,10 @@ struct TraceVariant {
     uint32_t (*visitChild)(RayState*, uint32_t index); // null for OptiX 7
 };
 
-// The fastest functions for the features on this machine (see bvh::chosenIsa).
+// The fastest functions with these features on this machine (see bvh::chosenIsa).
 TraceVariant selectTrace(const TraceFeatures& features);
 
-// Sets the functions of the launch that this part has: trace, report, callable, getters, checks.
+// Sets the launch's functions of this file: trace, report, callable, getters, checks.
 void bindTrace(LaunchState& launch, const TraceFeatures& features);
 
 } // namespace sunstone::devlib

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // traceBatch (trace.h) on the CPU, compiled once per instruction set by trace_*.cpp.
 //
-// Rays that meet triangles without motion and without programs to ask, below any number of
+// Rays that meet only triangles without motion and run no programs on the way, below any number of
 // instances, are traversed together: as packets and streams where that is faster
-// (trace_packets_body.h), else in flight (bvh/batch/flight_walk.h). The other rays are left to the
-// caller: their traversal may run programs or raise exceptions, and both belong on the stack of the
-// launch index. A ray whose graph turns out to need one of them on the way is left, too; until then
-// its traversal has no visible effect.
+// (trace_packets_body.h), else in flight (bvh/batch/flight_walk.h). The caller traces all other
+// rays: their traversal may run programs or raise exceptions, and both belong on the stack of the
+// launch index. A ray that reaches such a part of its graph on the way is also left to the caller;
+// until then its traversal has no visible effect.
 //
 // Order matters where a ray ends at its first hit and where instances meet at one distance. Rays in
-// flight visit what Tracer visits, in the same order, so every hit is that of trace().
+// flight visit the same nodes as Tracer, in the same order, so every hit is that of trace().
 #pragma once
 
 #include "base/thread_object.h"
@@ -19,7 +19,7 @@
 namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {
 
 // A top-level structure and ray flags that lead to programs deep in the graph: rays with both are
-// left at once. Forgotten now and then, because structures change.
+// left to the caller at once. Forgotten now and then, because structures change.
 class Reluctance {
 public:
     bool holds(const RayState& ray) {
@@ -41,8 +41,8 @@ private:
     uint32_t flags_ = 0, asked_ = 0;
 };
 
-// Moves a hit into the state, as Tracer::commit does, but for the transforms on the path to it.
-// `record`: the innermost instance, or null. Returns the closest-hit program.
+// Moves a hit into the state like Tracer::commit, except the transforms on its path. `record`: the
+// innermost instance, or null. Returns the closest-hit program.
 static ProgramFn commitHit(RayState& state, const FoundTriangle& found, uint64_t gas,
                            const InstanceRecord* record, uint32_t instanceFlags,
                            uint32_t sbtOffset) {
@@ -64,14 +64,14 @@ static ProgramFn commitHit(RayState& state, const FoundTriangle& found, uint64_t
     return r.group ? r.group->program(kRoleMain) : nullptr;
 }
 
-// The rays of one batch. kNearest: rays that look for their nearest hit, or only for whether there
-// is one; else rays that end at the first hit they find.
+// The rays of one batch. kNearest: rays that need their nearest hit, or only whether there is one;
+// else rays that end at the first hit they find.
 template <bool kNearest>
 class RayFlights {
 public:
     static constexpr bool kOrdered = kNearest;
     static constexpr uint32_t kLevels = 4;
-    // The space that a level of the graph is in, and the instance above it.
+    // The space of a level of the graph, and the instance above it.
     struct Level {
         float origin[3], direction[3];
         uint64_t handle;
@@ -98,7 +98,7 @@ public:
                ProgramFn whole)
         : walk_(walk), reluctance_(reluctance), states_(states), next_(next), whole_(whole) {}
 
-    // Answers the rays with these numbers.
+    // Walks the rays with these numbers.
     void trace(const uint8_t* rays, uint32_t count) {
         rays_ = rays;
         count_ = count;
@@ -201,7 +201,7 @@ private:
         return true;
     }
 
-    // What the level's handle leads to.
+    // The kind of the level's handle.
     Kind kindOf(const Flight& f, const Level& level) const {
         const RayState& state = *f.data.state;
         const Kind kind = structureKind(*state.launch, state.rayFlags, level.flags, level.handle);
@@ -211,7 +211,7 @@ private:
                    : kind;
     }
 
-    // Whether the ray has to be walked; else its outcome is known.
+    // Whether the ray has to be walked; else its result is known.
     bool start(Flight& f, uint32_t index) {
         RayState* const state = states_[index];
         Data& d = f.data;
@@ -274,7 +274,7 @@ struct BatchOrder {
     uint32_t numNearest = 0, numFirst = 0;
 };
 
-// A few rays walk faster alone.
+// Fewer rays are faster alone.
 constexpr uint32_t kLeastFlights = 4;
 
 template <bool kNearest>
@@ -289,7 +289,7 @@ static void traceFlights(Reluctance& reluctance, RayState* const* states, Progra
     RayFlights<kNearest>(walk, reluctance, states, next, whole).trace(rays, count);
 }
 
-// What remains to be done for a ray that packets have traversed.
+// The program to run for a ray that packets have traversed.
 static ProgramFn afterPackets(RayState& state, const FoundTriangle& hit) {
     if (!hit.found)
         return startMiss<SbtRecords>(&state);
@@ -303,8 +303,8 @@ static ProgramFn afterPackets(RayState& state, const FoundTriangle& hit) {
     return commitHit(state, hit, record->child, record, record->flags, record->sbtOffset);
 }
 
-// Traverses the rays with these numbers, which are alike but for origins, directions, ranges and
-// visibility masks. Returns how many `numbers` has at the end: those left for flights.
+// Traverses the rays with these numbers, which differ only in origins, directions, ranges and
+// visibility masks. Returns the new length of `numbers`: rays left for flights.
 template <bool kAny, bool kInstances>
 static uint32_t tracePackets(Reluctance& reluctance, RayState* const* states, ProgramFn* next,
                              ProgramFn whole, uint8_t* numbers, uint32_t count) {
@@ -330,10 +330,10 @@ static uint32_t tracePackets(Reluctance& reluctance, RayState* const* states, Pr
     return left;
 }
 
-// Whether a traversal of instances may run programs. Then packets do not take its rays: another
-// order of visits would run others.
+// Whether a traversal of instances may run programs. Packets do not take such rays, because their
+// order of visits would run other programs.
 static bool hasTraversalPrograms(const LaunchState& launch) {
-    constexpr uint32_t kMostGroups = 64; // as this is asked for each batch
+    constexpr uint32_t kMostGroups = 64; // bounds the cost of this test for each batch
     if (launch.hasAnyHit || launch.groupCount > kMostGroups)
         return true;
     for (uint32_t i = 0; i < launch.groupCount; ++i)
@@ -342,8 +342,8 @@ static bool hasTraversalPrograms(const LaunchState& launch) {
     return false;
 }
 
-// Rays with one launch, set of flags and structure, as packets if that structure allows it. Returns
-// how many `numbers` has at the end: those left for flights.
+// Traces rays with one launch, set of flags and structure as packets if the structure allows it.
+// Returns the new length of `numbers`: rays left for flights.
 template <bool kInstancing>
 static uint32_t traceAlike(Reluctance& reluctance, RayState* const* states, ProgramFn* next,
                            ProgramFn whole, uint8_t* numbers, uint32_t count) {
@@ -362,8 +362,8 @@ static uint32_t traceAlike(Reluctance& reluctance, RayState* const* states, Prog
     return count;
 }
 
-// The rays that look for their nearest hit, or only for whether there is one, by what they share.
-// Returns how many are left for flights.
+// Traces rays that need their nearest hit, or only whether there is one, grouped by what they
+// share. Returns the number of rays left for flights.
 template <bool kInstancing>
 static uint32_t traceNearest(Reluctance& reluctance, RayState* const* states, ProgramFn* next,
                              ProgramFn whole, uint8_t* numbers, uint32_t count) {

@@ -21,7 +21,7 @@ using bvh::testing::Random;
 using bvh::testing::Structure;
 using math::Vec3;
 
-// What the programs of one ray saw.
+// The states that the programs of one ray saw.
 struct Outcome {
     uint32_t closestHits = 0, misses = 0, anyHits = 0, intersections = 0;
     uint32_t anyHitDigest = 0; // of the candidates in their order
@@ -151,7 +151,7 @@ protected:
         return s;
     }
 
-    // Rays towards the middle of the scene with any flags; some are none.
+    // Rays towards the middle of the scene with any flags; some are invalid.
     std::vector<RayState> rays(const std::vector<uint64_t>& handles, uint32_t count,
                                Random& random) {
         constexpr uint32_t kFlags[] = {0, 0, 0, 1, 1, 4, 5, 8, 9, 12, 13, 16, 32, 2, 64, 128, 20};
@@ -397,7 +397,7 @@ TEST_P(TraceBatch, BundlesThroughInstances) {
     groups_[1].code[kRoleIntersection] = nullptr; // it would keep packets from instances
     for (const Structure* s : {&one, &few, &many, &nested})
         compare(bundles({handleOf(*s)}, 2000, random));
-    EXPECT_GT(compare(bundles({handleOf(few)}, 2000, random)), 1200u); // some ties go alone
+    EXPECT_GT(compare(bundles({handleOf(few)}, 2000, random)), 1200u); // some ties are traced alone
     launch_.maxGraphDepth = 1;
     compare(bundles({handleOf(few)}, 500, random));
 }

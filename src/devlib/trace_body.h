@@ -9,17 +9,16 @@
 //     intersection programs through RayState;
 //   - MicromapTriangles where triangles have opacity micromaps.
 // Structures with motion go through motion_body.h, which interpolates at the ray's time and calls
-// the same visitors. The best hit is kept in the Tracer and moves into RayState::hit at the end,
-// because until then that field is the candidate's. Programs run with RayState::tmax as the manual
-// says: the candidate's t in any-hit, the best t in intersection and closest-hit, the ray's own in
-// miss.
+// the same visitors. The best hit is kept in the Tracer until the end, because RayState::hit is the
+// candidate until then. Programs run with the RayState::tmax of the manual: the candidate's t in
+// any-hit, the best t in intersection and closest-hit, the ray's own in miss.
 //
-// trace_checked.cpp compiles all of this once more with kChecked, for pipelines with debug
-// exceptions: what the manual calls undefined then leaves the launch index through
-// LaunchState::raise. Without it these checks do not exist.
+// trace_checked.cpp also compiles all of this with kChecked, for pipelines with debug exceptions:
+// usage that the manual calls undefined then leaves the launch index through LaunchState::raise.
+// Other builds contain no checks.
 //
-// Records (devlib/records.h), a template parameter, says how an API generation finds the records of
-// hits and misses, and whether its graphs have visit programs and its attributes are blocks.
+// Records (devlib/records.h), a template parameter, defines how an API generation finds the records
+// of hits and misses, and whether its graphs have visit programs and its attributes are blocks.
 #pragma once
 
 #include "bvh/micromap/micromap_lookup.h"
@@ -52,14 +51,14 @@ constexpr bool kChecked = false;
 
 SUNSTONE_INLINE const bvh::BlockHeader* blockOf(uint64_t handle) {
     const uint64_t address = addressOf(handle);
-    // Neither page zero nor outside the user half of the address space.
+    // Page zero and addresses outside the user half of the address space are invalid.
     if (address - 4096 >= (1ull << 47) - 8192)
         return nullptr;
     const auto* header = reinterpret_cast<const bvh::BlockHeader*>(address);
     return bvh::looksLikeBlock(header) ? header : nullptr;
 }
 
-// Whether the handle leads to mapped memory: garbage is told apart once per handle and thread.
+// Whether the handle refers to mapped memory: checked once per handle and thread.
 SUNSTONE_INLINE bool isKnown(RayState* state, uint64_t handle) {
     uint64_t& known = state->thread->knownHandles[handle >> 7 & 3];
     if (__builtin_expect(known == handle, 1))
@@ -70,7 +69,7 @@ SUNSTONE_INLINE bool isKnown(RayState* state, uint64_t handle) {
     return true;
 }
 
-// Which sides of triangles a ray passes, below an instance with these flags.
+// The sides of triangles that a ray passes, below an instance with these flags.
 SUNSTONE_INLINE isa::Culling cullingOf(uint32_t rayFlags, uint32_t instanceFlags) {
     if (instanceFlags & kInstanceDisableFaceCulling)
         return {};
@@ -104,7 +103,7 @@ public:
 
     SUNSTONE_INLINE_MEMBER bool found() const { return found_; }
 
-    // Walks what the handle leads to; true ends the trace.
+    // Walks the handle's traversable; true ends the trace.
     template <bool kInstancing>
     SUNSTONE_INLINE_MEMBER bool enter(uint64_t handle, const float org[3], const float dir[3]) {
         if constexpr (kChecked)
@@ -210,7 +209,7 @@ private:
         uint32_t attributes[Records::kAttributeWords];
     };
 
-    // kWalking: of a candidate, while the walk is where it is.
+    // kWalking: of a candidate, while the walk is at its place.
     template <bool kWalking>
     SUNSTONE_INLINE_MEMBER ResolvedRecord hitRecord(uint32_t sbtGasIndex,
                                                     uint32_t instanceSbtOffset) const {
@@ -235,7 +234,7 @@ private:
         return record;
     }
 
-    // Shows an exception program where the walk is.
+    // Stores the current path for an exception program.
     void exposePath() const {
         Hit& hit = state_->hit;
         hit.transformCount = transformCount_;
@@ -243,9 +242,9 @@ private:
             hit.transforms[i] = transforms_[i];
     }
 
-    // Called where the graph is deeper than declared. The manual promises an exception where they
-    // are on and leaves open what happens otherwise: the walk goes on as far as transform lists
-    // reach, and the log will tell. True: no further.
+    // Called where the graph is deeper than declared. The manual requires an exception if
+    // exceptions are enabled and leaves the rest open: otherwise the walk continues as far as
+    // transform lists reach, and the log reports it. True: the walk must stop.
     [[gnu::noinline]] bool tooDeep() const {
         if ((launch_.exceptionFlags & (kFlagTraceDepth | kFlagDebug)) && launch_.raise) {
             exposePath();
@@ -256,14 +255,14 @@ private:
         return transformCount_ + 2 > kMaxGraphDepth;
     }
 
-    // Whether the child of an instance or transform that is entered now would be too deep in the
-    // graph. Every entry of the transform list stands for one traversable above it.
+    // Whether the child of an instance or transform that is entered now would be too deep. Every
+    // entry of the transform list is one traversable above it.
     SUNSTONE_INLINE_MEMBER bool isDeepest() const {
         return transformCount_ + 2 > launch_.maxGraphDepth;
     }
 
-    // The two kinds of traversables that a pipeline's options may exclude. Rays pass them by, and
-    // the log will tell. Both return false: nothing ends the trace.
+    // Two kinds of traversables that a pipeline's options may exclude. Rays ignore them, and the
+    // log reports them. Both return false: nothing ends the trace.
     [[gnu::noinline, gnu::cold]] bool excludedByFlags() const {
         if (LaunchNotes* notes = notesOf(launch_))
             note(notes->outsideFlags);
@@ -275,13 +274,14 @@ private:
         return false;
     }
 
-    // Whether an instance or transform may be entered below what has been entered already.
+    // Whether flags exclude an instance or transform below those already entered.
     SUNSTONE_INLINE_MEMBER bool flagsExcludeLevel() const {
         return __builtin_expect(transformCount_ != 0, 0) &&
                (launch_.traversableGraphFlags & kAllowSingleLevelInstancing) != 0;
     }
 
-    // Raises what makes a traversable unfit for the pipeline. The null handle is never hit.
+    // Raises the exception of a traversable that does not fit the pipeline. The null handle is
+    // never hit.
     void checkTraversable(uint64_t handle) const {
         if (handle == 0)
             return;
@@ -299,7 +299,7 @@ private:
         launch_.raise(state_, code, &info);
     }
 
-    // A handle that does not lead to memory at all.
+    // Handles an address that is not mapped.
     void checkUnknown(uint64_t handle) const {
         if (handle == 0)
             return;
@@ -320,14 +320,14 @@ private:
         return cullingOf(rayFlags_, instanceFlags_);
     }
 
-    // The candidate becomes one of another record of its build input, until the report ends.
+    // Gives the candidate another record of its build input, until the report ends.
     uint32_t reportMaterial(uint32_t material) {
         if (!Records::hasMaterial(*state_, material)) {
             if (const int32_t code = Records::materialFault(*state_))
                 launch_.raise(state_, code, nullptr);
             return kIgnore;
         }
-        if (material == 0) { // whose record the state shows
+        if (material == 0) { // the state already shows its record
             const uint32_t result = offer(candidateGroup_, candidateAnyHit_);
             state_->tmax = tmax_;
             return result;
@@ -347,7 +347,7 @@ private:
         return result;
     }
 
-    // The attributes of a triangle's hit, before a program sees it that reads them.
+    // Computes the attributes of a triangle's hit before a program that reads them runs.
     void computeAttributes(const GroupEntry* group, uint32_t reader) {
         if (state_->hit.kind < kHitTriangleFront || !Records::readsAttributes(*state_, reader))
             return;
@@ -356,7 +356,8 @@ private:
             program(state_);
     }
 
-    // Shows the candidate in state->hit to the any-hit program and takes it unless that declines.
+    // Passes the candidate in state->hit to the any-hit program and takes it unless that rejects
+    // it.
     uint32_t offer(const GroupEntry* group, bool runAnyHit) {
         uint32_t result = kAccept;
         const ProgramFn anyHit = runAnyHit && group ? group->program(kRoleAnyHit) : nullptr;
@@ -388,7 +389,7 @@ private:
             bestTransforms_[i] = transforms_[i];
     }
 
-    // Fills what programs see of a candidate before they look at it. False if flags drop it.
+    // Stores a candidate for programs. False if flags drop it.
     SUNSTONE_INLINE_MEMBER bool startCandidate(uint32_t primitive, uint32_t sbtWord) {
         const bool enabled = anyHitEnabled(instanceFlags_, sbtWord);
         if (droppedByFlags(rayFlags_, enabled))
@@ -404,7 +405,7 @@ private:
         return true;
     }
 
-    // What is the same for all candidates in a geometry acceleration structure.
+    // Stores the data that all candidates in a geometry acceleration structure share.
     void startPrograms(const float org[3], const float dir[3]) {
         for (int i = 0; i < 3; ++i) {
             state_->objectOrigin[i] = org[i];
@@ -462,8 +463,8 @@ private:
         return offer(candidateGroup_, candidateAnyHit_);
     }
 
-    // Triangles of a structure with opacity micromaps. The state where the ray meets a triangle
-    // takes the place of its geometry flag DISABLE_ANYHIT; instance and ray flags apply after it.
+    // Triangles of a structure with opacity micromaps. The state at the ray's hit replaces the
+    // geometry flag DISABLE_ANYHIT; instance and ray flags apply after it.
     template <bool kAll>
     struct MicromapTriangles {
         static constexpr bool kOrdered = kAll;
@@ -502,7 +503,7 @@ private:
         }
     };
 
-    // Without an any-hit program to ask, there is no record to look up.
+    // Without an any-hit program there is no record to look up.
     uint32_t takeTriangle(float t, float v, float w, float det, uint32_t primitive,
                           uint32_t sbtWord) {
         const bool enabled = anyHitEnabled(instanceFlags_, sbtWord);
@@ -571,7 +572,7 @@ private:
         return ended_;
     }
 
-    // Nobody sees where the hit is: the closest-hit program is disabled.
+    // No program sees the hit: the closest-hit program is disabled.
     [[gnu::noinline]] bool walkOccluded(const bvh::BlockHeader* block, const isa::RaySetup& setup) {
         isa::AnyTriangle visitor(setup, tmax_, culling());
         isa::traverse(block, setup, visitor);
@@ -646,8 +647,8 @@ private:
         return ended_;
     }
 
-    // Where one primitive is all there is, the root is its leaf, and no node above has tested its
-    // box: intersection programs may rely on being asked only where the ray meets it.
+    // If the structure has only one primitive, the root is its leaf, and no node above has tested
+    // its box: intersection programs may rely on running only where the ray meets the box.
     static bool meetsBounds(const float lower[3], const float upper[3], const isa::RaySetup& s,
                             float tmax) {
         const auto distance = [&](int axis, float plane, float r, float c) {
@@ -679,7 +680,7 @@ private:
         return ended_;
     }
 
-    // Curves and spheres: their kernels (bvh/shapes/shapes.h) test hits and know no programs.
+    // Curves and spheres: bvh/shapes/shapes.h tests hits and runs no programs.
     [[gnu::noinline]] bool enterShapes(const bvh::BlockHeader* block, const float org[3],
                                        const float dir[3]) {
         const bvh::ShapeRay ray = {
@@ -758,8 +759,8 @@ private:
         return ended_;
     }
 
-    // A graph with a cycle (updates can make one) would be walked for ever, the limit of its depth
-    // notwithstanding: instances of a structure within itself are never hit.
+    // A graph with a cycle (updates can make one) would be walked without end, despite the limit of
+    // its depth: instances of a structure within itself are never hit.
     [[gnu::noinline]] bool isInside(uint64_t handle) const {
         for (uint32_t i = 0; i < iasCount_; ++i)
             if (iasPath_[i] == handle)
@@ -836,7 +837,7 @@ private:
         r.group->program(kRoleMain)(state_);
         return ended_;
     }
-    // Makes the state that of the node's visit program.
+    // Turns the state into that of the node's visit program.
     void showNode(const VisitNode* node) {
         startPrograms(visitOrigin_, visitDirection_);
         state_->visited = node;
@@ -864,7 +865,7 @@ private:
     const uint32_t rayFlags_;
     float tmax_; // of the best hit, or the ray's
     bool found_ = false, ended_ = false;
-    // Where in the graph the walk is.
+    // Place of the walk in the graph.
     uint32_t instanceIndex_ = 0, instanceId_ = ~0u, instanceSbtOffset_ = 0, instanceFlags_ = 0;
     uint32_t transformCount_ = 0, iasCount_ = 0;
     uint64_t gas_ = 0;
@@ -875,7 +876,7 @@ private:
                 *visitDirection_ = nullptr; // of the ray at state_->visited
     uint64_t transforms_[kMaxGraphDepth];
     uint64_t bestTransforms_[kMaxGraphDepth];
-    uint64_t iasPath_[kMaxGraphDepth + 1]; // one transform at least is between two of them
+    uint64_t iasPath_[kMaxGraphDepth + 1]; // at least one transform is between two of them
 };
 
 } // namespace sunstone::devlib::SUNSTONE_TRACE_SPACE
@@ -884,7 +885,7 @@ private:
 
 namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {
 
-// Makes the state that of the miss program. Returns the program, or null.
+// Turns the state into that of the miss program. Returns the program, or null.
 template <class Records>
 [[gnu::noinline]] static ProgramFn startMiss(RayState* state) {
     const ResolvedRecord r = resolve(*state->launch, Records::miss(*state), kGroupMiss);
@@ -901,8 +902,8 @@ template <class Records>
     return r.group ? r.group->program(kRoleMain) : nullptr;
 }
 
-// Walks the graph; returns the closest-hit program to run, or null. Apart from trace() so that its
-// frame is gone while programs run, which may trace themselves.
+// Walks the graph; returns the closest-hit program to run, or null. Separate from trace(), so that
+// its frame is freed before programs run, which may trace.
 template <class Records, bool kInstancing>
 [[gnu::noinline]] static ProgramFn findHit(RayState* state, bool& found) {
     Tracer<Records> tracer(state);
@@ -921,7 +922,7 @@ template <class Records, bool kInstancing>
         state->launch->raise(state, code, info);
 }
 
-// Walks, and leaves the hit or the miss in the state. Returns the program that has to run, or null.
+// Walks, and stores the hit or the miss in the state. Returns the program to run, or null.
 template <class Records, bool kInstancing>
 SUNSTONE_INLINE ProgramFn walkRay(RayState* state) {
     const LaunchState& launch = *state->launch;

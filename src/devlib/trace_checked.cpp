@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The trace functions for pipelines with debug exceptions; see kChecked in trace_body.h. One set
-// for all processors: debugging does not need the last of the speed.
+// serves all processors, because debugging does not need maximum speed.
 #define SUNSTONE_TRACE_CHECKED
 #include "devlib/trace_none.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// traceBatch (trace.h) where no ray is walked together with others: it leaves each to the caller.
+// traceBatch (trace.h) for builds that walk no rays together: it leaves each ray to the caller.
 #pragma once
 
 #include "devlib/trace_body.h"
@@ -8,7 +8,7 @@
 
 namespace sunstone::devlib::SUNSTONE_TRACE_SPACE {
 
-// What traceBatch returns for a ray that it has not walked.
+// Result of traceBatch for a ray that it has not walked.
 template <class Records, bool kInstancing>
 static uint32_t traceWhole(RayState* state) {
     trace<Records, kInstancing>(state);

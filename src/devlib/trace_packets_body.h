@@ -24,10 +24,10 @@ struct FoundTriangle {
     const InstanceRecord* record = nullptr; // null without instance
 };
 
-// What structures let rays with the same flags do.
+// What rays with the same flags can do in a structure without programs.
 enum class StructureKind { kNothing, kTriangles, kInstances, kOther };
 
-// What the handle leads to for rays with these flags, below an instance with these.
+// The kind of the handle's structure for rays with these flags, below an instance with these.
 static StructureKind structureKind(const LaunchState& launch, uint32_t rayFlags,
                                    uint32_t instanceFlags, uint64_t handle) {
     using Kind = StructureKind;
@@ -52,7 +52,7 @@ static StructureKind structureKind(const LaunchState& launch, uint32_t rayFlags,
     return block->root == bvh::kNoNode ? Kind::kNothing : Kind::kTriangles;
 }
 
-// The candidates of bvh/batch, judged as bvh::ClosestTriangle does; kAny: as bvh::AnyTriangle.
+// Accepts the candidates of bvh/batch like bvh::ClosestTriangle; kAny: like bvh::AnyTriangle.
 // BatchRay::mask has the visibility mask and the sides that the ray passes.
 template <bool kAny>
 struct LaunchJudge {
@@ -87,8 +87,8 @@ struct LaunchJudge {
     SUNSTONE_INLINE_MEMBER Hit hit() const { return best; }
 };
 
-// Takes the rays of packets into instances of structures of triangles. Other structures end a ray
-// here: it must be traversed alone.
+// Takes the rays of packets into instances of structures of triangles. Rays that meet another
+// structure end here and must be traversed alone.
 template <bool kAny>
 class InstancePackets {
 public:
@@ -207,8 +207,8 @@ struct RayPackets {
                    (culling.back ? Judge::kNoBack : 0);
     }
 
-    // The first `count` rays through a structure of instances. Returns the numbers of those that
-    // are better off in flight.
+    // Traces the first `count` rays through a structure of instances. Returns the numbers of the
+    // rays that are faster in flight.
     std::span<const uint16_t> traceInstances(const RayState& like, uint32_t count) {
         auto& instances = threadObject<Instances>();
         instances.begin(*like.launch, like.rayFlags);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The trace run-time with programs written in C++: the order and the state in which programs run,
-// and the effects of flags, masks, instances and broken shader-binding tables.
+// and the effects of flags, masks, instances and malformed shader binding tables.
 #include "devlib/trace.h"
 
 #include "bvh/build/build.h"
@@ -370,7 +370,7 @@ TEST_P(Trace, BrokenTablesActAsNoProgram) {
     launch_.sbt.hitBase = 0;
     run(0);
     EXPECT_EQ(calls, 0);
-    EXPECT_EQ(misses, 0); // the surface is there all the same
+    EXPECT_EQ(misses, 0); // the surface is hit all the same
 }
 
 TEST_P(Trace, CustomPrimitives) {
@@ -645,7 +645,7 @@ INSTANTIATE_TEST_SUITE_P(AllSets, Trace,
                          ::testing::Values(bvh::Isa::kBaseline, bvh::Isa::kAvx2, bvh::Isa::kAvx512),
                          [](const auto& info) { return std::string(isaName(info.param)); });
 
-// Either of them alone is worth a line in the log.
+// Either of them alone is logged.
 TEST(CheckRay, NotesOffsetsAndStridesAbove15) {
     for (const auto& [offset, stride, isNoted] :
          {std::tuple{15u, 15u, false}, {16u, 0u, true}, {0u, 16u, true}, {255u, 255u, true}}) {

@@ -32,7 +32,7 @@ void enqueue(const std::shared_ptr<Context>& context, void* stream, std::functio
     enqueueLogged(context, stream, "ACCEL", std::move(work));
 }
 
-// The structure of a handle that a caller gave.
+// The block of a structure whose handle the caller gave.
 const void* checkedBlock(const Context& context, uint64_t handle, const char* parameter) {
     const devlib::HandleTag tag = devlib::tagOf(handle);
     const void* block = reinterpret_cast<const void*>(devlib::addressOf(handle));
@@ -46,8 +46,8 @@ const void* checkedBlock(const Context& context, uint64_t handle, const char* pa
     return block;
 }
 
-// Whether a call checks what the memory of a structure holds, as the GPU back end does: without
-// waiting for work that is queued, but in validation mode.
+// Whether a call itself checks the contents of a structure's memory, as the GPU back end does: if
+// the stream is idle, or in validation mode, which waits for the stream.
 bool checksAtCall(const Context& context, void* stream) {
     if (context.validation)
         context.device->synchronize(stream);
@@ -103,7 +103,7 @@ uint64_t cpu::buildAccel(const ContextPtr& context, AccelBuild request) {
     uint64_t handle =
         devlib::makeHandle(request.output, isInstances ? devlib::kTagIas : devlib::kTagGas);
     void* stream = request.stream;
-    // A busy stream may still build the structure; then the work checks.
+    // A busy stream may still build the structure; the queued work then checks it.
     const bool checksNow = request.update && checksAtCall(*context, stream);
     if (checksNow)
         bvh::checkUpdate(request.inputs->view(), request.options, request.output,

@@ -15,7 +15,7 @@
 
 namespace sunstone::engine {
 
-// A build's inputs with everything that lives in host memory of the caller copied.
+// Inputs of a build, with copies of all data that lies in host memory of the caller.
 struct AccelInputs {
     std::vector<bvh::TriangleInput> triangles;
     std::vector<bvh::CustomInput> customs;
@@ -23,9 +23,9 @@ struct AccelInputs {
     std::vector<bvh::SphereInput> spheres;
     std::unique_ptr<bvh::InstanceInput> instances;
     std::vector<std::vector<uint32_t>> flags; // owned copies that the inputs point to
-    std::vector<std::vector<const void*>> keys; // the same of buffers for motion keys
+    std::vector<std::vector<const void*>> keys; // owned copies of buffers for motion keys
 
-    // The view the builders take. Valid while this object lives and is not moved.
+    // The view that the builders take. Valid while this object lives and is not moved.
     bvh::BuildInputs view() const;
     // Keeps a copy of flag words and returns its address.
     const uint32_t* keepFlags(const unsigned* words, size_t count);
@@ -55,7 +55,7 @@ struct AccelBuild {
 bvh::MemoryUsage accelMemory(const Context& context, const AccelInputs& inputs,
                              const bvh::BuildOptions& options);
 
-// Queues the build and returns the handle the structure will have. An update first waits for the
+// Queues the build and returns the future handle of the structure. An update first waits for the
 // stream, to check that the structure in `output` was built from inputs of the same shape.
 uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request);
 
@@ -64,7 +64,7 @@ uint64_t buildAccel(const std::shared_ptr<Context>& context, AccelBuild request)
 uint64_t compactAccel(const std::shared_ptr<Context>& context, void* stream, uint64_t handle,
                       void* destination, size_t destinationSize);
 
-// For the back ends: see tolerate; the structure was built without the flag for compaction.
+// For the back ends: calls tolerate() for a structure that was built without ALLOW_COMPACTION.
 void tolerateCompaction(const Context& context, uint64_t handle);
 
 // Whether the info is from a structure in the format of this context's device, or of an array of

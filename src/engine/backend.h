@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The seam between the engine and what runs device code: the CPU (cpu/backend.cpp) or a CUDA GPU
-// (gpu/backend.cpp). The free functions of pipeline.h, launch.h and accel.h check and prepare what
-// is the same for both, then come here. Descriptions are in the engine's terms and already checked
-// by the shell; memory they name is the device's.
+// The interface between the engine and the back ends that run device code: the CPU
+// (cpu/backend.cpp) or a CUDA GPU (gpu/backend.cpp). The free functions of pipeline.h, launch.h and
+// accel.h do the checks and preparation that both share, then call the back end. Descriptions are
+// in the engine's terms and already checked by the shell; they name device memory.
 #pragma once
 
 #include "bvh/build/build.h"
@@ -34,7 +34,8 @@ struct StatisticsRequest;
 
 using ContextPtr = std::shared_ptr<Context>;
 
-// The parts of a pipeline: programs, each once, and the places of each group's programs among them.
+// The parts of a pipeline: its programs without duplicates, and the indices of each group's
+// programs.
 struct PipelineParts {
     static constexpr size_t kNone = ~size_t(0);
     using Indices = std::array<size_t, devlib::kRoleCount>; // by devlib::Role
@@ -56,23 +57,23 @@ public:
     virtual device::Device& device() = 0;
     // Whether the host may read and write device memory.
     virtual bool sharesMemory() const = 0;
-    // Memory of the library that the host and programs both read and write, the host while no
-    // program runs. Aligned to 128 bytes, zeroed. Throws kOutOfMemory.
+    // Memory of the library that programs read and write, and the host while no program runs.
+    // Aligned to 128 bytes, zeroed. Throws kOutOfMemory.
     virtual void* allocateShared(size_t bytes) = 0;
     virtual void freeShared(void* memory) noexcept = 0;
     // Copies between memory of programs or of the library, and that of the host.
     virtual void copy(void* to, const void* from, size_t bytes) = 0;
-    // A texture of images that the host can read, for programs; its handle, never 0. Where
-    // copiesImages() is true, later changes of the images need a new texture.
+    // Creates a texture for programs from images that the host can read; returns its handle, never
+    // 0. Where copiesImages() is true, later changes of the images need a new texture.
     virtual uint64_t addTexture(std::unique_ptr<texture::Texture> texture) = 0;
     virtual void removeTexture(uint64_t handle) noexcept = 0;
     virtual bool copiesImages() const = 0;
 
-    // Where code that belongs to no pipeline is kept; before any other call.
+    // Sets the cache of code that belongs to no pipeline; precedes all other calls.
     virtual void useCache(std::shared_ptr<CompileCache>) {}
 
-    // Whether the device's compiler takes this module, with the version and target that a pipeline
-    // of it would have.
+    // Whether the device's compiler accepts this module, with the version and target of a pipeline
+    // that contains it.
     virtual bool accepts(const ptx::Module&) { return false; }
     // Compiles the programs; stores the data for launches in the pipeline.
     virtual void compile(Pipeline& pipeline, const PipelineParts& parts) = 0;
@@ -100,7 +101,7 @@ public:
                                    const uint64_t* children, size_t count,
                                    std::vector<const void*> arrays) = 0;
 
-    // This is the handle of a transform in the caller's memory.
+    // Registers the handle of a transform in the caller's memory.
     virtual void noteTransform(uint64_t) {}
 
     virtual void buildMicromapArray(const ContextPtr& context, MicromapArrayBuild request) = 0;

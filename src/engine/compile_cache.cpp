@@ -64,7 +64,7 @@ std::shared_ptr<cache::DiskCache> CompileCache::current() const {
     return cache_;
 }
 
-// With the mutex held, as open(): what is logged until the cache can be used goes to `lines`.
+// The caller holds the mutex, as for open(). Log lines until the cache is usable go to `lines`.
 std::shared_ptr<cache::DiskCache> CompileCache::openAt(const std::string& place, bool isPrivate,
                                                        Lines& lines) const {
     const auto opening = std::make_shared<Lines*>(&lines);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The disk cache of one context: its state, folder and size, set by the API's calls and by the
-// environment, which takes precedence.
+// The disk cache of one context: its state, folder and size. API calls set them; environment
+// variables take precedence.
 //
 //   OPTIX_CACHE_PATH     folder instead of any the API names
 //   OPTIX_CACHE_MAXSIZE  bytes: high mark instead of the API's, with half of it as the low mark;
@@ -34,7 +34,7 @@ public:
     void start();
 
     bool enabled() const;
-    // Throws Error(kCache...) where the cache cannot be opened; it is off then.
+    // Throws Error(kCache...) if the cache cannot be opened; it is off then.
     void setEnabled(bool enabled);
     std::string location() const; // empty where the environment turned the cache off
     // Throws as setEnabled does, unless the cache is off: then opening waits until it is turned on.
@@ -42,7 +42,7 @@ public:
     cache::Marks marks() const; // zeros where the environment turned the cache off
     void setMarks(cache::Marks marks);
 
-    // Code, and with another line in the log the summary of a module.
+    // find: code. findModule: the summary of a module, with another line in the log.
     bool find(const std::string& key, std::string& value) override;
     bool has(const std::string& key) override;
     bool findModule(const std::string& key, std::string& value);
@@ -53,7 +53,7 @@ private:
     void open(Lines& lines);
     std::shared_ptr<cache::DiskCache> openAt(const std::string& place, bool isPrivate,
                                              Lines& lines) const;
-    // value: null where only the fact is wanted.
+    // value: null if only existence matters.
     bool lookUp(const std::string& key, std::string* value, const char* found, const char* missing);
     std::shared_ptr<cache::DiskCache> current() const;
 

@@ -18,7 +18,7 @@ namespace sunstone::engine {
 
 struct Context {
     device::Device* device = nullptr; // the back end's
-    // Broken rules that do no harm are errors; else the log has a warning.
+    // Harmless violations of rules are errors; otherwise the log has a warning.
     bool validation = false;
     std::shared_ptr<Backend> backend;
     // Receives each line for this context; may be called from any thread.
@@ -30,13 +30,13 @@ struct Context {
     const Wording* wording = &plainWording(); // of messages
 };
 
-// Reports a broken rule that does no harm: validation mode refuses the call; else the log has the
-// warning "PLACE: RULE; CONSEQUENCE".
+// Reports a harmless violation of a rule: an error in validation mode, otherwise the warning
+// "PLACE: RULE; CONSEQUENCE" in the log.
 void tolerate(const Context& context, const char* place, const std::string& rule,
               const char* consequence);
 
-// For the CPU. Queues work on a stream: its failure is logged with the context, under this tag, and
-// kept by the stream.
+// For the CPU. Queues work on a stream. If the work fails, the context logs the failure under this
+// tag, and the stream keeps it.
 void enqueueLogged(const std::shared_ptr<Context>& context, void* stream, const char* tag,
                    std::function<void()> work);
 

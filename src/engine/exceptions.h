@@ -13,12 +13,12 @@
 
 namespace sunstone::engine {
 
-// One line about an exception: its name and what is known of it. `instruction`: what raised it, null
-// if not known.
+// One line about an exception: its name and known details. `instruction`: the one that raised it,
+// or null if unknown.
 std::string describeException(const devlib::ThreadState& thread, const Wording& wording,
                               const void* instruction = nullptr);
 
-// What the log says of handles that lead nowhere.
+// The log's text for handles that refer to no known structure.
 std::string unknownHandleRemark(uint64_t handle);
 
 // Lowest address that frames of the calling thread may reach, with room left for functions of the

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A second generation of the ray tracing API, as small as can be, on the engine: a flavor with one
-// intrinsic, programs whose kind is part of the request and that take parameters, several entry
-// points in one pipeline, and a bounds program. On the CPU and through the back end for GPUs.
+// A minimal second generation of the ray tracing API on the engine: a flavor with one intrinsic,
+// programs whose kind is part of the request and that take parameters, several entry points in one
+// pipeline, and a bounds program. On the CPU and through the back end for GPUs.
 #include "compiler/translate/unit.h"
 #include "devlib/gpu/launch_block.h"
 #include "engine/launch.h"
@@ -133,7 +133,7 @@ protected:
         context_.reset();
     }
 
-    // Functions of the CPU device's driver, which stands for that of a GPU.
+    // Functions of the CPU device's driver, which replaces a GPU's.
     template <class Function>
     static Function* driver(const char* name) {
         static void* const library = dlopen(TEST_CUDA_LIBRARY, RTLD_NOW | RTLD_LOCAL);

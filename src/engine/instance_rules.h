@@ -21,7 +21,7 @@ struct InstanceRules {
     uint32_t knownFlags = 0;
 };
 
-// Logs which rule the first instance breaks that breaks one. Reads the instances.
+// Logs the first broken rule of the first instance that breaks one. Reads the instances.
 void warnOfBrokenRule(const Context& context, const bvh::InstanceInput& input,
                       const InstanceRules& rules);
 

@@ -34,7 +34,7 @@ struct BoundsRequest {
     std::shared_ptr<const Pipeline> pipeline;
     devlib::SbtView sbt{}; // entryRecord: of the program's group
     uint32_t count = 0;
-    uint32_t firstPrimitive = 0; // the number that the first of them has
+    uint32_t firstPrimitive = 0; // index of the first one
     uint32_t motionStep = 0;     // given to programs that take one
     float* boxes = nullptr;
     const void* params = nullptr;
@@ -43,7 +43,7 @@ struct BoundsRequest {
 };
 void launchBounds(const std::shared_ptr<Context>& context, const BoundsRequest& request);
 
-// For validation mode: the launch parameters must hold what the code is specialised to.
+// For validation mode: the launch parameters must have the values to which code is specialised.
 void checkBoundValues(const Pipeline& pipeline, const uint8_t* params);
 
 } // namespace sunstone::engine

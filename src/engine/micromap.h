@@ -20,7 +20,7 @@ struct MicromapArrayBuild {
     void* stream = nullptr;
 };
 
-// Queues the build. Descriptions and states are read when it runs: their faults are errors of the
+// Queues the build. Descriptions and states are read when it runs; invalid ones are errors of the
 // stream.
 void buildMicromapArray(const std::shared_ptr<Context>& context, MicromapArrayBuild request);
 

@@ -34,8 +34,8 @@ compiler::ModuleSummary check(const ptx::Module& tree, const compiler::PipelineR
     return summary;
 }
 
-// Whether some instruction is known to the device's compiler only. Other devices must not find this
-// outcome in the cache.
+// Whether only the device's compiler knows some instruction. Other devices must not find this
+// result in the cache.
 bool hasForeign(const ptx::Module& tree) {
     for (const ptx::Function& function : tree.functions)
         for (const ptx::Statement& statement : function.body)

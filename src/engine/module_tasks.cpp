@@ -9,7 +9,7 @@ namespace sunstone::engine {
 
 namespace {
 
-// Every form a pipeline may ask for: a program is compiled once for each payload type it supports.
+// All forms that a pipeline may request: a program is compiled once per supported payload type.
 std::vector<compiler::ProgramRequest> requestsOf(const Module& module) {
     std::vector<compiler::ProgramRequest> requests;
     for (const auto& program : module.summary.programs) {
@@ -87,7 +87,7 @@ std::vector<size_t> ModuleTasks::run(size_t number, size_t most) {
 std::vector<size_t> ModuleTasks::runFirst(size_t most) {
     std::string feedback;
     std::shared_ptr<Module> module = make_(feedback);
-    make_ = nullptr; // lets go of the text
+    make_ = nullptr; // releases the text
     std::vector<compiler::ProgramRequest> requests;
     if (module->forCpu && module->summary.selfContained)
         requests = requestsOf(*module);

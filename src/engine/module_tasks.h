@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A module made by tasks (OptiX 7.4, sections 3.6.2.3 and 3.7). The first task parses and checks;
-// then the machine code of the module's programs is made, spread over as many tasks as the caller
-// takes, or in the first one if it takes none. The module keeps the code for the pipelines that use
-// it. A module that needs others, or one for a GPU, cannot be compiled ahead: it has only the first
-// task.
+// A module made by tasks (OptiX 7.4, sections 3.6.2.3 and 3.7). The first task parses and checks.
+// Then as many tasks as the caller takes make the machine code of the module's programs, or the
+// first task if it takes none. The module keeps the code for the pipelines that use it. A module
+// that needs others, or one for a GPU, cannot be compiled ahead: it has only the first task.
 #pragma once
 
 #include "engine/module.h"

@@ -67,7 +67,7 @@ void checkBoundValues(const std::vector<compiler::BoundValue>& values) {
         }
 }
 
-// What devices have for .const variables: those of all modules, the launch parameters once.
+// The use of constant memory: .const variables of all modules, and the launch parameters once.
 void checkConstantMemory(const std::vector<std::shared_ptr<ProgramGroup>>& groups,
                          uint64_t launchParamsSize) {
     constexpr uint64_t kConstantMemory = 64 << 10;

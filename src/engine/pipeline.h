@@ -17,7 +17,7 @@ struct ProgramRef {
     std::shared_ptr<const Module> module; // null: no such program
     std::string function;
     compiler::ProgramKind kind = compiler::ProgramKind::kNone;
-    int payloadType = -1; // of the module's types, that the program is made for; -1: untyped
+    int payloadType = -1; // index into the module's types; -1: untyped
     explicit operator bool() const { return module != nullptr; }
 };
 
@@ -28,17 +28,17 @@ struct ProgramGroup {
     uint32_t builtinPrimitive = 0; // OptixPrimitiveType of a built-in intersection
 };
 
-// Chooses the payload type of a group's programs: `wanted`, or if that is null the one type that all
+// Sets the payload type of a group's programs: `wanted`, or if that is null the one type that all
 // of them support. Throws kPayloadTypeMismatch, kPayloadTypeResolution. Programs without payload
-// (ray generation, callables, exception) and of modules without payload types are left alone.
+// (ray generation, callables, exception) and of modules without payload types are left unchanged.
 void choosePayloadType(ProgramGroup& group, const compiler::PayloadType* wanted);
 
 // Writes the 32-byte header of a shader-binding-table record.
 void packSbtHeader(const ProgramGroup& group, void* header);
 
-// Bytes of stack that a program takes with the functions it calls and the way into the run-time:
-// measured from its machine code, which is compiled for that if need be. An
-// estimate where the module refers to other modules, which only a pipeline knows, and for GPUs.
+// Bytes of stack for a program, the functions that it calls and the way into the run-time, measured
+// from its machine code, which is compiled for this if necessary. An estimate for GPUs, and where
+// the module refers to other modules, which only a pipeline knows.
 unsigned stackSizeOf(const ProgramRef& program);
 
 // Frames of the run-time between a program that traces, or calls a callable, and the next program.
@@ -47,12 +47,12 @@ constexpr unsigned kRuntimeFrames = 128;
 struct PipelineLimits {
     unsigned maxTraceDepth = 1;
     unsigned maxGraphDepth = devlib::kMaxGraphDepth; // until it is set, no path is too long
-    // With stack-overflow exceptions, what a launch index may use in all. Sizes below those that
-    // are right for traces of full depth and callables two deep count as these.
+    // With stack overflow exceptions: bytes that a launch index may use in total. The minimum is
+    // the need of traces of full depth and callables two deep.
     unsigned directStackFromTraversal = 0;
     unsigned directStackFromState = 0;
     unsigned continuationStack = 0;
-    bool opacityMicromaps = false; // rays look at them
+    bool opacityMicromaps = false; // rays test them
 };
 
 // Limits that one thread sets while others launch.
@@ -62,7 +62,7 @@ public:
         std::lock_guard lock(mutex_);
         return limits_;
     }
-    // `change` gets the limits, which nothing else reads or writes meanwhile.
+    // Calls `change` with the limits while no other thread reads or writes them.
     template <class Change>
     void update(const Change& change) {
         std::lock_guard lock(mutex_);
@@ -77,8 +77,8 @@ private:
 struct Pipeline {
     std::unique_ptr<compiler::Code> code;    // for the CPU; null where there is no program
     std::shared_ptr<DeviceCode> deviceCode;  // for a GPU
-    std::string feedback;                    // what the compiler has to say
-    // By group number, from the pipeline's first, as contexts number groups and pipelines use few.
+    std::string feedback;                    // messages of the compiler
+    // By group number from the pipeline's first, because a pipeline uses few groups of its context.
     std::vector<devlib::GroupEntry> groups;
     uint32_t firstGroup = 0;
     compiler::PipelineRules rules;
@@ -92,8 +92,8 @@ struct Pipeline {
     mutable cpu::Pace pace; // of launches on the CPU
 };
 
-// Compiles the programs of all groups; what tasks of their modules or the context's cache have
-// is taken from there. `flavor`: of the programs; null: OptiX 7. Throws kLinkError, kInvalidValue,
+// Compiles the programs of all groups, except code that tasks of their modules or the context's
+// cache have. `flavor`: of the programs; null: OptiX 7. Throws kLinkError, kInvalidValue,
 // kInternal.
 std::shared_ptr<Pipeline> createPipeline(Context& context,
                                          const std::vector<std::shared_ptr<ProgramGroup>>& groups,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What messages of the engine call things: each API generation has its own names. The shell hands
-// its wording to the contexts that it makes; all members are set and live as long as the process.
+// Names of API objects in engine messages: each API generation has its own. The shell passes its
+// wording to the contexts that it makes; all members are set and live as long as the process.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@ struct Wording {
     // The name of an exception of the run-time (devlib::ExceptionCode); null: the engine's own.
     const char* (*exceptionName)(int32_t code);
     const char* wideRecordOffset; // a ray has a record offset or stride above 15
-    const char* excludedGraph;    // a ray came to what the pipeline's graph flags exclude
-    const char* excludedMotion;   // a ray without a time came to what moves
+    const char* excludedGraph;    // a ray met a graph that the pipeline's flags exclude
+    const char* excludedMotion;   // a ray without a time met a moving object
     std::string (*deepGraph)(unsigned declared); // a graph has more levels than declared
-    const char* packedBy; // what packs record headers: "... has no header packed by X"
+    const char* packedBy; // the function that packs headers: "... has no header packed by X"
 };
 
 // For contexts without a shell, as tests make them.

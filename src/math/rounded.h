@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arithmetic whose rounding matters. Each operation has a name and is rounded by itself: no
+// Arithmetic with defined rounding. Each operation has a name and is rounded separately: no
 // compiler fuses a product with a sum on GPUs, where that is the default. The same lines compile
 // for CPUs, for nvptx64 and as CUDA, and give the same bits.
 #pragma once

@@ -54,7 +54,7 @@ const char* nameOf(Type type) {
     return kTypes[static_cast<size_t>(type)].name;
 }
 
-// Called for every modifier of every instruction, so the first letter selects the comparisons.
+// The first letter selects the comparisons, because the parser calls this for every modifier.
 bool typeFromName(std::string_view name, Type& type) {
     if (name.size() < 2)
         return false;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tree of a PTX module: the parser makes it, the verifier checks it, the compiler reads it.
+// The syntax tree of a PTX module. The parser makes the tree, the verifier checks it, the compiler
+// reads it.
 //
-// Names are resolved where PTX scopes them: a register operand holds an index into its function's
+// The parser resolves scoped names: a register operand holds an index into its function's
 // `registers` (scopes are braces; the index is unique, names may repeat), a label operand an index
-// into `labels`. Symbols (functions, variables, parameters, local and shared variables) stay names;
-// the compiler looks them up. Instructions keep their opcode split at the dots, so no text is lost.
-// All string_views point into Module::text. No LLVM here. Source: PTX ISA manual, versions up to
-// 9.0. Read next: parser.h, verifier.h.
+// into `labels`. Symbols (functions, variables, parameters, local and shared variables) remain
+// names; the compiler looks them up. Instructions keep their opcode split at the dots, without loss
+// of text. All string_views point into Module::text. No LLVM here. Source: PTX ISA manual, versions
+// up to 9.0. Read next: parser.h, verifier.h.
 #pragma once
 
 #include <cstdint>
@@ -65,7 +66,7 @@ enum class Space : uint8_t { kNone, kReg, kConst, kGlobal, kLocal, kParam, kShar
 
 enum class Linkage : uint8_t { kInternal, kVisible, kExtern, kWeak, kCommon };
 
-// One word of an initialiser that is the address of a symbol.
+// A word of an initialiser that holds the address of a symbol.
 struct Relocation {
     uint64_t offset = 0; // bytes from the variable's start
     std::string_view symbol;
@@ -183,7 +184,7 @@ struct Statement {
     Instruction instruction; // kInstruction
 };
 
-// The shape of an indirect call's target.
+// The prototype of an indirect call's target.
 struct Prototype {
     std::string_view name;
     std::vector<Variable> results;
@@ -250,8 +251,9 @@ struct Module {
     std::vector<Function> functions; // declarations and definitions
     std::vector<std::pair<std::string_view, std::string_view>> aliases;
 
-    // Name to index, filled by the parser. Code that adds functions or variables to a parsed module
-    // must add them here too. With empty maps the lookups search the vectors.
+    // Maps from name to index, filled by the parser. Code that adds functions or variables to a
+    // parsed module must add them here, too. If the maps are empty, the look-ups search the
+    // vectors.
     std::unordered_map<std::string_view, uint32_t> functionIndex;
     std::unordered_map<std::string_view, uint32_t> variableIndex;
 

@@ -52,7 +52,7 @@ TEST(Module, FindsDefinitionsBeforeDeclarations) {
     ASSERT_TRUE(module->findVariable("v"));
     EXPECT_TRUE(module->findVariable("v")->hasInitializer);
     EXPECT_EQ(module->findVariable("f"), nullptr);
-    // The same lookups without the index.
+    // The look-ups without the index.
     module->functionIndex.clear();
     module->variableIndex.clear();
     EXPECT_EQ(module->findFunction("f")->location.line, 6u);

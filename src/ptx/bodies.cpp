@@ -6,7 +6,7 @@
 
 namespace sunstone::ptx {
 
-// From '{' to its '}'. Nested braces are a loop, not recursion, so depth costs no stack.
+// From '{' to its '}'. A loop handles nested braces, so their depth takes no stack.
 void Parser::parseBody() {
     const Location start = token_.location;
     advance();
@@ -203,7 +203,7 @@ void Parser::useLabel(LabelUse::Where where, size_t item, size_t element, std::s
     scopes_.useLabel(use);
 }
 
-// Writes a label's meaning into the operand that named it.
+// Writes a label's index into the operand that refers to the label.
 void Parser::bindLabel(const LabelUse& use, const LabelDeclaration& label) {
     const auto wrong = [&](const char* wanted) {
         diagnostics_.error(use.location, quoted(names_.text(use.name)) + " (line " +
@@ -270,7 +270,7 @@ void Parser::parseGuard(Instruction& instruction) {
                                          std::string(nameOf(predicate.type)));
 }
 
-// PTX 1 may leave out how floats are rounded: to the nearest, or as the approximate forms do.
+// PTX 1 may omit the rounding of floats: to the nearest, or that of the approximate forms.
 void Parser::completeRounding(Instruction& instruction) const {
     static constexpr std::string_view kExact[] = {"mad", "div", "rcp", "sqrt"};
     static constexpr std::string_view kRough[] = {"div", "rcp", "sqrt", "rsqrt",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Function bodies: operands, scopes, labels, calls, and their errors with their places.
+// Function bodies: operands, scopes, labels, calls, and the places of their errors.
 #include "ptx/test_support.h"
 
 #include <bit>
@@ -479,7 +479,7 @@ TEST(Calls, ProvidedFunctionsNeedNoDeclaration) {
 }
 
 TEST(Calls, FunctionsDeclaredInBodies) {
-    // The definition stands before, after or in another module; several blocks declare it.
+    // The definition is before, after or in another module; several blocks declare the function.
     for (const char* linkage : {"", ".extern ", ".visible ", ".weak "}) {
         const std::string declaration =
             std::string(linkage) + ".func (.param .b32 r) f(.param .b64 a, .reg .b32 b) .noreturn;";

@@ -126,7 +126,7 @@ void Parser::parseDimensions(Variable& variable) {
 }
 
 // Size in bytes and natural alignment, from type and dimensions. A row must be within the limit
-// even if the first dimension is open, so that sizes computed from it do not overflow.
+// even if the first dimension is open, so that sizes computed from the row do not overflow.
 void Parser::finishSize(Variable& variable) {
     uint64_t row = uint64_t(sizeOf(variable.type)) * variable.vector;
     if (variable.alignment == 0)
@@ -405,7 +405,7 @@ void Parser::parseElement(Variable& variable, uint64_t element) {
     Relocation relocation;
     relocation.offset = offset;
     if (token_.kind == TokenKind::kInteger) {
-        // A number may begin a constant expression or select a byte of an address.
+        // A number starts a constant expression, or selects a byte of an address.
         const Token number = token_;
         const bool mask = parseMask(relocation, size);
         if (mask) {

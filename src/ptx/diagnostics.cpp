@@ -30,7 +30,7 @@ void append(std::string& text, const Diagnostic& diagnostic) {
     text += '\n';
 }
 
-// Edit distance with swaps of neighbours counted once; gives up above `limit`.
+// The edit distance, in which a swap of neighbours counts once; stops above `limit`.
 size_t distance(std::string_view a, std::string_view b, size_t limit) {
     if (a.size() > b.size() + limit || b.size() > a.size() + limit)
         return limit + 1;
@@ -88,7 +88,7 @@ std::string Diagnostics::format() const {
 }
 
 void Nearest::offer(std::string_view candidate) {
-    // Long names and long lists cost more than the hint is worth.
+    // Limits the time for hints: longer names and lists get no hint.
     constexpr size_t kMaxLength = 100, kMaxCandidates = 4000;
     if (name_.size() < 2 || name_.size() > kMaxLength || candidate.size() > kMaxLength ||
         ++offered_ > kMaxCandidates || candidate == name_)

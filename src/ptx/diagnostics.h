@@ -24,7 +24,7 @@ public:
 
     void error(Location location, std::string text);
     void warning(Location location, std::string text);
-    // Removes the last errors, so that `count` are left.
+    // Removes the last errors, so that `count` errors remain.
     void keepErrors(size_t count);
     bool failed() const { return errors_ != 0; }
     size_t errorCount() const { return errors_; }

@@ -140,8 +140,8 @@ std::string differenceOf(const std::vector<Variable>& here, const std::vector<Va
     return {};
 }
 
-// How two declarations of a function contradict each other; "" if they agree. Types of one size
-// agree: compilers declare a parameter as .b32 that the definition calls .f32.
+// The contradiction between two declarations of a function; "" if they agree. Types of one size
+// agree, because compilers declare as .b32 a parameter that the definition declares as .f32.
 std::string differenceOf(const Function& here, const Function& first) {
     if (here.isEntry != first.isEntry)
         return std::string(here.isEntry ? ".entry" : ".func") + " here, " +
@@ -171,7 +171,7 @@ void Parser::addFunction(Function&& function) {
             diagnostics_.error(function.location, "function " + quoted(function.name) + " has " +
                                                       difference + " at line " +
                                                       std::to_string(first.location.line));
-        // .noreturn may stand in one of the declarations only.
+        // Possibly only one of the declarations has .noreturn.
         module_.functions[entry->second].noreturn |= function.noreturn;
         function.noreturn = module_.functions[entry->second].noreturn;
         if (function.hasBody)

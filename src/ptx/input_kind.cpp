@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Magic numbers of files that programs pass in place of PTX. See input_kind.h.
+// Magic numbers of file formats that callers pass in place of PTX. See input_kind.h.
 #include "ptx/input_kind.h"
 
 namespace sunstone::ptx {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The forms of instructions: the modifiers, types and operands that each takes. Their table is
-// instruction_table.h; opcode.h has the forms of an opcode. Source: PTX ISA manual; where it is
-// silent, the vendor's assembler.
+// instruction_table.h; opcode.h has the forms of an opcode. Source: PTX ISA manual, and ptxas for
+// forms that the manual does not define.
 //
 // The order of modifiers is not checked, because several orders are in use. Types are checked only
 // by width: a 32-bit register serves every 32-bit type, regardless of its declaration.
@@ -60,11 +60,11 @@ struct Form {
 struct FormText;
 Form readForm(const FormText& text);
 
-// The pieces between separators that are not empty.
+// The non-empty pieces between separators.
 std::vector<std::string_view> split(std::string_view text, char separator);
 
-// Whether the modifiers of `instruction` fit `form`. If not, *problem gives the reason; of several
-// forms' problems the one with the highest rank is the most specific.
+// Whether the modifiers of `instruction` fit `form`. If not, *problem has the reason. Among the
+// problems of several forms, the one with the highest rank is the most specific.
 struct FormProblem {
     enum Rank : uint8_t { kNone, kUnknownModifier, kWrongType, kConflict, kMissing };
     Rank rank = kNone;

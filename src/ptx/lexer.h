@@ -42,7 +42,7 @@ public:
     Token next();
     // Rereads as a number ".5", which next() returned as a dot word.
     Token numberAt(const Token& dotWord);
-    // Goes back to `token`, a recent result of next(), which becomes the next one again.
+    // Goes back to `token`, a recent result of next(): the following next() returns it again.
     void rewind(const Token& token);
 
 private:

@@ -19,7 +19,7 @@ bool isSame(const Variable& a, const Variable& b) {
            a.initializer == b.initializer && a.relocations.empty() && b.relocations.empty();
 }
 
-// The text of a function by itself, for comparison.
+// The text of one function, for comparison.
 std::string textOf(const Function& function) {
     Module alone;
     alone.functions.push_back(function);
@@ -64,7 +64,7 @@ private:
             merged_.aliases.emplace_back(nameOf(name), nameOf(target));
     }
 
-    // Internal symbols whose names are taken get new ones.
+    // Gives internal symbols new names if their names are taken.
     void chooseNames(const Module& module) {
         const auto choose = [&](std::string_view name) {
             if (!isTaken(name))
@@ -113,7 +113,7 @@ private:
     void addFunction(Function function) {
         rename(function);
         if (!function.hasBody) {
-            // The declaration of another module's function is as good as its own.
+            // A declaration takes the linkage of another module's function of this name.
             const auto found = functions_.find(function.name);
             if (found != functions_.end() &&
                 merged_.functions[found->second].linkage != Linkage::kExtern)

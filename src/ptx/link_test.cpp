@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linked modules parse, and their symbols are those that the rules of C give.
+// Linked modules parse, and their symbols follow the rules of C.
 #include "ptx/link.h"
 
 #include "base/error.h"

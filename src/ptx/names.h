@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of a PTX text as small numbers: each spelling is hashed once, and the parser's tables are
-// indexed by the number.
+// Maps names of a PTX text to small numbers, so that each name is hashed once and the parser's
+// tables are indexed by number.
 #pragma once
 
 #include <cstdint>

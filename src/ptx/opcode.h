@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the parser, the verifier and the compiler know about an opcode. The table in opcode_table.h
-// has one row for each opcode, and no other file lists opcodes.
+// The facts about an opcode that the parser, the verifier and the compiler use. The table in
+// opcode_table.h has one row for each opcode, and no other file lists opcodes.
 //
-// The parser looks each opcode up once: Instruction::facts points to the row, so that an
-// instruction carries its facts from the parser to the back ends.
+// The parser looks each opcode up once and stores the row in Instruction::facts, which all later
+// steps use.
 #pragma once
 
 #include "ptx/instructions.h"
@@ -110,7 +110,7 @@ enum class Operation : uint8_t {
 // Which forms stay inline PTX on a GPU: those without an exact LLVM equivalent.
 enum class Native : uint8_t {
     kNever,
-    kValue,      // all; the result depends on the operands alone
+    kValue,      // all; the result depends only on the operands
     kInexact,    // of floating point numbers, unless LLVM's operation is exact: plain f32 and f64
     kFloats,     // of floating point numbers
     kCompares,   // of floating point numbers, unless f32 or f64 without .ftz
@@ -122,8 +122,8 @@ enum class Native : uint8_t {
     kStack,      // all; memory that is freed when the function returns
 };
 
-// Which forms are older than PTX 7.9 and valid for plain targets, so that their text passes through
-// LLVM without the module's own .version and .target.
+// The forms that are older than PTX 7.9 and valid for plain targets, so that their text passes
+// through LLVM without the module's own .version and .target.
 enum class Age : uint8_t {
     kNew,        // perhaps none
     kOld,        // all
@@ -133,7 +133,7 @@ enum class Age : uint8_t {
     kHalves,     // the same as kSingles, or of f16
 };
 
-// What lanes of a warp do together at a call of the run-time (compiler/runtime/lane_functions.h).
+// The joint action of a warp's lanes at a call of the run-time (compiler/runtime/lane_functions.h).
 enum class Lockstep : uint8_t {
     kAlone, // nothing
     kBarrier,
@@ -144,7 +144,7 @@ enum class Lockstep : uint8_t {
     kMatrix,
     kActiveLanes, // a lane asks which others are active
     kWait,        // at a barrier object
-    kSpin,        // let others run after a read of memory that these may write
+    kSpin,        // lets other lanes run after a read of memory that they may write
     kFrames,      // a thread asks whether an address is in its own frames
     kExit,
     kTrap,
@@ -152,7 +152,7 @@ enum class Lockstep : uint8_t {
     kPause,     // no opcode's: at the ends of loops (lockstep/plan.h)
 };
 
-// How the parser reads operands.
+// The syntax of operands.
 enum class Syntax : uint8_t {
     kValues,
     kAddresses, // a variable's name means its address
@@ -198,12 +198,12 @@ struct FormText;
 
 class OpcodeTable {
 public:
-    // Each form belongs to the rows of its opcodes, which must exist.
+    // Each form is added to the rows of its opcodes, which must exist.
     OpcodeTable(std::span<const OpcodeText> rows, std::span<const FormText> forms);
     OpcodeTable(const OpcodeTable&) = delete;
     OpcodeTable& operator=(const OpcodeTable&) = delete;
 
-    // kUnknownOpcode for other names. Rows stay in place as long as the table lives.
+    // kUnknownOpcode for other names. Rows keep their addresses for the lifetime of the table.
     const Opcode& find(std::string_view name) const {
         const auto found = index_.find(name);
         return found == index_.end() ? kUnknownOpcode : *found->second;
@@ -217,7 +217,7 @@ private:
 
 // The opcodes of PTX.
 const OpcodeTable& opcodeTable();
-// Its rows, for tables that add to them.
+// The rows of opcodeTable(), for tables that extend it.
 std::span<const OpcodeText> opcodeRows();
 std::span<const FormText> formRows();
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of opcodes: every row is complete. tests/gpu/opcode_row_test.cpp shows what follows
-// from a row.
+// The table of opcodes: every row is complete. tests/gpu/opcode_row_test.cpp tests the effects of a
+// row.
 #include "ptx/opcode.h"
 
 #include "base/error.h"
@@ -36,7 +36,7 @@ TEST(Opcodes, EveryFormIsSound) {
     }
 }
 
-// An operation reads the first operand as a result or as a source.
+// An operation treats the first operand either as a result or as a source.
 TEST(Opcodes, TheFormsOfAnOpcodeAgreeOnItsResult) {
     for (const Opcode& opcode : opcodeTable().all()) {
         if (opcode.native == Native::kWarpSync || opcode.native == Native::kEffects)

@@ -269,7 +269,7 @@ void Parser::parseOffset(Operand& operand) {
     while (at('+') || at('-')) {
         const bool minus = at('-');
         advance();
-        // The loop takes the following terms: parse only operators that bind tighter.
+        // The loop parses the following terms, so this parses only operators that bind tighter.
         const Location location = token_.location;
         const Constant term = parseExpression(10);
         if (term.floatBits)
@@ -279,8 +279,8 @@ void Parser::parseOffset(Operand& operand) {
     }
 }
 
-// sym[N], sym[%r], sym[%r+N]: the index counts elements. mov takes the address, a load the value at
-// it.
+// sym[N], sym[%r], sym[%r+N]: the index counts elements. mov reads the address, a load the value
+// there.
 void Parser::parseIndex(Operand& operand, std::string_view name) {
     const Variable* variable = variableOf(names_.intern(name));
     if (!variable)

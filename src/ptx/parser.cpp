@@ -138,7 +138,7 @@ void Parser::parseItem() {
     }
     Space space = Space::kNone;
     if (token_.kind == TokenKind::kDotWord && parseSpace(token_.text, space)) {
-        // Compilers before PTX 3 declare the registers of calls here, even if nothing calls.
+        // Before PTX 3, compilers declare the registers of calls here, even without calls.
         if (space == Space::kReg && module_.versionMajor < 3)
             return skipStatement();
         if (space == Space::kReg || space == Space::kParam || space == Space::kLocal)
@@ -178,7 +178,7 @@ void Parser::unknownDirective() {
 void Parser::parseVersion() {
     const Location location = token_.location;
     advance();
-    // "7.4" reads as a decimal number: take its two halves from the spelling.
+    // The lexer reads "7.4" as a decimal number, so the two halves come from the spelling.
     if (token_.kind != TokenKind::kFloat64)
         unexpected("a version number like 7.4");
     const std::string_view text = token_.text;
@@ -358,7 +358,7 @@ void Parser::hintModuleNames(Nearest& nearest) const {
         nearest.offer(function.name);
 }
 
-// Symbols may be used before the module declares them, so they are checked last.
+// Checks symbols last, because a module may use symbols before it declares them.
 void Parser::resolveModuleNames() {
     moduleNames_.assign(names_.size(), 0);
     const auto mark = [&](std::string_view text) {

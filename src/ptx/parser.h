@@ -12,14 +12,14 @@
 
 namespace sunstone::ptx {
 
-// Decides whether an instruction missing in the table is valid. The module it gets has only that
-// instruction, the symbols it names, the version and the target.
+// Decides whether an instruction that the table lacks is valid. The module has only that
+// instruction, its symbols, the version and the target.
 using Judge = std::function<bool(const Module& alone)>;
 
-// Parses and verifies `text` (up to its first NUL). The result is null exactly when
+// Parses and verifies `text` (up to its first NUL). The result is null if and only if
 // diagnostics.failed(). The message for OptiX-IR, ELF and other binary input names the format.
-// Instructions that `judge` (may be empty) accepts are valid, and are marked as foreign. The module
-// refers to rows of `opcodes`.
+// Instructions that `judge` (may be empty) accepts are valid and marked as foreign. The module
+// refers to rows of `opcodes`, which must outlive it.
 std::unique_ptr<Module> parse(std::string_view text, Diagnostics& diagnostics,
                               const Judge& judge = {}, const OpcodeTable& opcodes = opcodeTable());
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libFuzzer entry: any bytes must give a tree or a message, and a tree must survive printing.
+// libFuzzer entry: for any bytes, the parser must return a tree or a message, and a printed tree
+// must parse to the same tree.
 #include "ptx/parser.h"
 #include "ptx/printer.h"
 

@@ -217,7 +217,7 @@ void Printer::printElement(const Variable& variable, size_t offset) {
     }
 }
 
-// One element after the other, in braces where a row of some dimension begins and ends.
+// Prints one element after the other, with braces at the start and end of each dimension's rows.
 void Printer::printInitializer(const Variable& variable) {
     add(" = ");
     const unsigned size = sizeOf(variable.type);
@@ -320,7 +320,7 @@ std::string Printer::unique(std::string name) {
     }
 }
 
-// The tree has no scopes: names of registers and labels must be unique within the function.
+// The tree has no scopes, so names of registers and labels must be unique within the function.
 void Printer::nameLocals(const Function& function) {
     taken_.clear();
     inHeader_.assign(function.registers.size(), false);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tree back to PTX text.
+// Syntax tree to PTX text.
 #pragma once
 
 #include "ptx/ast.h"
@@ -8,10 +8,10 @@
 
 namespace sunstone::ptx {
 
-// Text that parses to the same tree. The text has no comments, pragmas, debug sections or target
-// option `debug`, because the tree omits them. Scopes are flat, so names that hid one another get a
-// suffix, and each register is declared separately. Functions whose addresses initialisers take are
-// declared before them.
+// Returns text that parses to the same tree. The text has no comments, pragmas, debug sections or
+// target option `debug`, because the tree omits them. Scopes are flat: names that hide outer names
+// get a suffix, and each register is declared separately. Functions are declared before
+// initialisers that take their addresses.
 std::string print(const Module& module);
 
 } // namespace sunstone::ptx

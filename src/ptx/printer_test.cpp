@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The corpus parses, prints, and parses to the same tree again, within limits of time.
+// The corpus parses, prints, and parses to the same tree again, within time limits.
 #include "ptx/printer.h"
 
 #include "ptx/test_support.h"
@@ -301,7 +301,7 @@ TEST(Speed, WorstCasesGrowLinearly) {
             names += "bra l" + std::to_string(i) + ";\nl" + std::to_string(i) + ":\n";
         return kernel(std::string(500, '{') + body + names + std::string(500, '}') + "end: ret;");
     };
-    // Thirty times the text; a quadratic step would take nine hundred times as long.
+    // Thirty times the text: a quadratic step would take nine hundred times as long.
     const double one = bestMilliseconds(text(kSlowBuild ? 100 : 1000)),
                  thirty = bestMilliseconds(text(kSlowBuild ? 3000 : 30000));
     RecordProperty("millisecondsOne", std::to_string(one));

@@ -80,7 +80,7 @@ bool Scopes::declareRange(NameId prefix, const Register& pattern, uint32_t count
     scopes_.back().ranges.push_back(static_cast<uint32_t>(ranges_.size()));
     ranges_.push_back({pattern, prefix, count, depth, info.range});
     info.range = static_cast<int64_t>(ranges_.size()) - 1;
-    // Depth 1 holds the parameters and depth 2 the body: a range there hides no used register.
+    // Depth 1 has the parameters and depth 2 the body: a range there hides no used register.
     innerRanges_ += depth > 2;
     return true;
 }

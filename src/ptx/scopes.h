@@ -2,11 +2,11 @@
 // Names inside a function body, where braces open scopes.
 //
 // There are two name spaces. Symbols (registers, variables, parameters) are declared before use;
-// labels (also of .callprototype, .branchtargets, .calltargets) may be used before. Each name keeps
-// a chain of its declarations, innermost first, and each scope a list of its declarations, so
-// closing a scope costs as much as opening and filling it. A label reference waits on its name's
-// stack until a scope that declares the label closes. References made inside that scope are on top
-// of the stack, because inner scopes have closed before, so binding all of them is linear too.
+// labels (also of .callprototype, .branchtargets, .calltargets) may be used before. Each name has a
+// chain of its declarations, innermost first, and each scope a list of its declarations, so closing
+// a scope takes time proportional to its declarations. A label reference waits on its name's stack
+// until a scope that declares the label closes. References from that scope are on top of the stack,
+// because inner scopes have closed before, so binding is linear, too.
 //
 // The registers of a range (%r<100>) are created at their first use, so memory is bounded by the
 // length of the text.
@@ -64,7 +64,7 @@ public:
     // Closes the innermost scope and passes each label use that this resolves to `bind`.
     void close(const Bind& bind);
     size_t depth() const { return scopes_.size(); }
-    // Closes the open scopes and returns the label uses without a label, in order of the text.
+    // Closes the open scopes and returns the unresolved label uses, in order of the text.
     std::vector<LabelUse> endFunction(const Bind& bind);
 
     // Declares in the innermost scope. Returns the earlier symbol if the scope already has one.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks every instruction against the instruction table. See verifier.h.
 //
-// A module has few opcode spellings and many instructions: the forms that match a spelling are
-// found once and cached, so the common check is one look-up and a walk over operands.
+// A module has few opcode spellings and many instructions. The forms that match a spelling are
+// therefore cached, and the common check is one look-up and a loop over operands.
 #include "ptx/verifier.h"
 
 #include "ptx/opcode.h"
@@ -158,7 +158,7 @@ const Forms& Verifier::formsFor() {
     return cache_.emplace(key, findMatching()).first->second;
 }
 
-// Reports at the first use of a faulty spelling; later uses are silent.
+// Reports only the first use of a faulty spelling.
 Forms Verifier::findMatching() {
     Forms result;
     const std::vector<Form>& forms = instruction_->facts->forms;
@@ -206,7 +206,7 @@ Forms Verifier::findMatching() {
     return result;
 }
 
-// A module with this instruction alone, in a function with the same registers; null if the
+// A module with only this instruction, in a function with the same registers; null if the
 // instruction needs other declarations.
 std::unique_ptr<Module> Verifier::moduleOfInstruction() const {
     auto alone = std::make_unique<Module>();
@@ -252,7 +252,8 @@ std::unique_ptr<Module> Verifier::moduleOfInstruction() const {
     return isPlain ? std::move(alone) : nullptr;
 }
 
-// Asks the judge about an instruction that broke a rule, or whose spelling broke one before.
+// Asks the judge about an instruction that violates a rule, or whose spelling has violated one
+// before.
 bool Verifier::ask(size_t errorsBefore) {
     if (const std::unique_ptr<Module> alone = moduleOfInstruction()) {
         const auto [known, isNew] = verdicts_.emplace(print(*alone), false);
@@ -439,7 +440,7 @@ bool Verifier::checkWidth(const Operand& operand, unsigned bytes, bool predicate
     const unsigned size = sizeOf(type);
     if (size == bytes || (wider && size > bytes))
         return true;
-    // %tid.x and the like once had 16 bits, and mov still reads them as such.
+    // %tid.x and the like had 16 bits in early versions, and mov still accepts this width.
     if (operand.kind == OperandKind::kSpecial && bytes == 2 && size == 4 &&
         instruction_->facts->operation == Operation::kMove)
         return true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instruction forms: which are accepted and refused, and the messages.
+// Accepted and refused instruction forms, and the messages.
 #include "ptx/test_support.h"
 
 #include "ptx/printer.h"

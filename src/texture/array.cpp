@@ -12,7 +12,7 @@ namespace sunstone::texture {
 
 namespace {
 
-// Reading one texel as a whole vector must stay inside the memory.
+// Memory behind the texels, so that one texel can be read as a whole vector.
 constexpr size_t kSlack = 64;
 
 } // namespace

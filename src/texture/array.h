@@ -11,7 +11,7 @@
 
 namespace sunstone::texture {
 
-// How one channel is stored. The block formats hold 4 x 4 texels in one block.
+// The storage of one channel. Block formats hold 4 x 4 texels in one block.
 enum class Channel : uint8_t {
     kU8,
     kU16,
@@ -43,7 +43,7 @@ struct Format {
     bool isInteger() const { return channel < Channel::kF16; }
     unsigned channelBytes() const; // 0 for block formats
     unsigned elementBytes() const; // of a texel, or of a block
-    // Texels along one edge of what elementBytes counts.
+    // Texels along one edge of an element.
     unsigned edge() const { return isBlock() ? 4 : 1; }
 };
 
@@ -58,15 +58,15 @@ struct Shape {
     uint32_t slices() const { return depth ? depth : 1; }
 };
 
-// Where the texels of one level lie.
+// The memory of one level's texels.
 struct Image {
     const uint8_t* data = nullptr;
     uint32_t width = 1, height = 1, depth = 1; // in texels; depth counts layers and faces
     size_t rowPitch = 0, slicePitch = 0;       // bytes; of a row of blocks for block formats
 };
 
-// Where arrays have their texels. `allocate` returns zeros, or throws; `free` may be called from
-// any thread.
+// The allocator of arrays. `allocate` returns zeros, or throws; `free` may be called from any
+// thread.
 struct ArrayMemory {
     void* (*allocate)(size_t bytes);
     void (*free)(void* data);

@@ -19,8 +19,8 @@ T load(const uint8_t* address) {
     return value;
 }
 
-// The points between two end points as GPUs compute them, taken from a recording: red and blue from
-// five bits, green from eight, all to eight bits.
+// The points between two end points as GPUs compute them, taken from a recording: red and blue are
+// interpolated from five bits, green after its expansion to eight. All results have eight bits.
 unsigned between5(unsigned a, unsigned b, bool middle) {
     return middle ? (a + b) * 33 / 8 : (2 * a + b) * 22 / 8;
 }

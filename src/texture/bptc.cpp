@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// See bptc.h. A block names a mode in its first bits, then a partition of its 16 texels into
-// subsets, end points for each subset, and an index per texel of a point between them. The first
-// texel of a subset, its anchor, has one index bit less: its highest is 0. Source: the Khronos Data
-// Format Specification, chapter "BPTC Compressed Texture Image Formats".
+// See bptc.h. A block names a mode in its first bits. Then it has a partition of its 16 texels into
+// subsets, end points for each subset, and for each texel the index of a point between these. The
+// first texel of a subset, its anchor, has one index bit less: its highest is 0. Source: the
+// Khronos Data Format Specification, chapter "BPTC Compressed Texture Image Formats".
 #include "texture/bptc.h"
 
 #include "texture/fetch.h"
@@ -113,7 +113,7 @@ unsigned between(unsigned a, unsigned b, unsigned weight) {
 }
 
 // ---- BC6H --------------------------------------------------------------------------------------
-// Where the bits of the end points lie, after the mode's bits: a letter r g b for the channel, a
+// The positions of the end points' bits, after the mode's bits: a letter r g b for the channel, a
 // letter w x y z for the end point, and its bits, "4-0" from the lowest stored to the highest
 // ("10-15": stored from bit 15 down).
 struct Mode6 {

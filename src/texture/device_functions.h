@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Functions that compiled device code calls to read textures and to address the texels of surfaces.
-// Each call has a word for the form of the instruction. No function throws.
+// One parameter of each call encodes the form of the instruction. No function throws.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace sunstone::texture {
 
 enum Geometry : uint32_t { k1D, k2D, k3D, k1DArray, k2DArray, kCube, kCubeArray };
 
-// The words of a sampling call.
+// Bits of the form of a sampling call.
 constexpr uint32_t kGeometryMask = 7;
 constexpr uint32_t kIntegerCoordinates = 1 << 3; // texel numbers, s32
 constexpr uint32_t kWithLevel = 1 << 4;

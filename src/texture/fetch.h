@@ -6,11 +6,11 @@
 
 namespace sunstone::texture {
 
-// How a texture reads its texels.
+// The way in which a texture reads its texels.
 struct Reading {
     bool asFloat = false; // integers become numbers in [0, 1] or [-1, 1]
     bool srgb = false;
-    bool unclamped = false; // for filters: the least signed fraction stays below -1
+    bool unclamped = false; // for filters: the least signed fraction remains below -1
 };
 
 // The four channels at (x, y) of a slice as words: floats, or integers where the format holds

@@ -2,9 +2,9 @@
 // A footprint is a mask of 8x8 groups of texels. Its position counts in blocks of 8x8 groups. If
 // the texels lie across the border of two blocks, the mask is rotated: its last dx columns (dy
 // rows) stand for groups 8 further left (up). Group sizes have numbers; the requested size is that
-// of the tile in the texture info. If 8x8 groups of it do not hold the texels, a larger size is
-// used and returned in the result. Source: OptiX API reference 7.4, section 3.1.2.151; the numbers
-// of the group sizes are those of the OpenGL extension NV_shader_texture_footprint.
+// of the tile in the texture info. If 8x8 groups of that size do not cover the texels, a larger
+// size is used and returned in the result. Source: OptiX API reference 7.4, section 3.1.2.151; the
+// numbers of the group sizes are those of the OpenGL extension NV_shader_texture_footprint.
 #include "texture/footprint.h"
 
 #include <algorithm>
@@ -70,7 +70,7 @@ private:
 };
 
 // Marks the groups of the record's texels on one level; false if 8x8 groups of this size do not
-// hold them.
+// cover them.
 bool pack(const TexelRecord& record, const Image& image, const Texture& texture, unsigned number,
           uint32_t result[4]) {
     const GroupSize size = kGroupSizes[number];

@@ -38,7 +38,7 @@ inline int resolve(uint32_t wrap, int i, int size) {
     if (i >= 0 && i < size)
         return i;
     if (wrap == kRepeat)
-        return i < 0 ? i + size : i - size; // beyond by one at most
+        return i < 0 ? i + size : i - size; // at most one beyond
     if (wrap == kBorder)
         return -1;
     if (wrap == kMirrored) {
@@ -207,7 +207,7 @@ inline Line lineOf(const Sampler& sampler, uint32_t form, const SampleOperands& 
     return line;
 }
 
-// Replaces the texels by those that the probes read of a level. False if there are none.
+// Replaces the texels by those that the probes read on a level. False if there are none.
 inline bool gather(const Sampler& sampler, const Line& line, const SampleOperands& operands,
                    uint32_t level, Texels& texels) {
     const auto position = [&](uint32_t k, uint32_t probe) {
@@ -224,7 +224,7 @@ inline bool gather(const Sampler& sampler, const Line& line, const SampleOperand
     return texels.count != 0;
 }
 
-// Of the two levels that a call may read, the one asked for, with its texels.
+// The requested one of the two levels that a call may read, with its texels.
 struct Chosen {
     uint32_t level;
     bool isSingle;
@@ -247,7 +247,7 @@ inline Chosen choose(const Sampler& sampler, const Line& line, const SampleOpera
     return {chosen, !(readsFine && readsOther)};
 }
 
-// The number of the smallest groups that are as large as the caller asks for.
+// The number of the smallest groups of at least the requested size.
 inline uint32_t requestedSize(uint32_t info) {
     const uint32_t tileWidth = info >> 20 & 15, tileHeight = info >> 16 & 15;
     uint32_t requested = 1;
@@ -257,7 +257,7 @@ inline uint32_t requestedSize(uint32_t info) {
     return requested;
 }
 
-// False if groups of this number do not hold the texels in one tile.
+// False if groups of this number do not cover the texels in one tile.
 inline bool writeTile(const Sampler& sampler, const Texels& texels, uint32_t level, uint32_t number,
                       uint32_t requested, uint32_t result[4]) {
     const uint32_t sizeX = sampler.size[0] >> level, sizeY = sampler.size[1] >> level;

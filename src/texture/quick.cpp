@@ -8,7 +8,7 @@ namespace sunstone::texture {
 
 namespace {
 
-// Sizes from which a position in texels does not fit the integers of the quick functions.
+// From this size on a position in texels does not fit the integers of the quick functions.
 constexpr uint32_t kSizeLimit = 1u << 27;
 
 bool fits(const Texture& texture) {
@@ -42,7 +42,7 @@ void chooseQuick(Texture& texture) {
     texture.quick.image = functions.image;
     texture.quick.call = functions.call;
     texture.quick.fromSrgb = srgbNumbers();
-    // One level is the same for every level of detail; anisotropy takes several samples of it.
+    // With one level the level of detail has no effect; anisotropy takes several samples.
     if (functions.call && texture.levels == 1)
         texture.quick.otherForms =
             kGather | kIntegerCoordinates | (texture.anisotropy > 1 ? kWithGradient : 0);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions of quick.h. A texel is a vector of four channels; channels that the format lacks
-// are 0. Each step has the rounding of its counterpart in sample.cpp and fetch.cpp. All functions
-// are of this file alone, because others must not run its instructions.
+// are 0. Each step has the rounding of its counterpart in sample.cpp and fetch.cpp. All helpers
+// have internal linkage, so that no other file can execute AVX2 instructions through them.
 #include "base/inline.h"
 #include "texture/quick.h"
 
@@ -11,7 +11,7 @@ namespace sunstone::texture {
 
 namespace {
 
-// What a texel becomes.
+// The conversion of a texel.
 enum class Kind : uint8_t {
     kWords, // 32-bit channels as they are
     kHalf,
@@ -42,7 +42,7 @@ constexpr unsigned bytesOf(Kind kind) {
 }
 
 // ---- texels ------------------------------------------------------------------------------------
-// Loads as many bytes as the texel has: linear memory may end behind it.
+// Loads only the bytes of the texel, because linear memory may end behind it.
 template <unsigned kBytes>
 SUNSTONE_INLINE __m128i loadBytes(const uint8_t* texel) {
     if constexpr (kBytes == 16)
@@ -57,7 +57,7 @@ SUNSTONE_INLINE __m128i loadBytes(const uint8_t* texel) {
         return _mm_cvtsi32_si128(texel[0]);
 }
 
-// Exact. Integers alone, because a thread may flush subnormal operands of multiplications.
+// Exact. Uses only integers, because a thread may flush subnormal operands of multiplications.
 SUNSTONE_INLINE __m128 halvesToFloats(__m128i halves) {
     const __m128i magnitude = _mm_and_si128(halves, _mm_set1_epi32(0x7FFF));
     const __m128i sign = _mm_slli_epi32(_mm_and_si128(halves, _mm_set1_epi32(0x8000)), 16);
@@ -72,8 +72,8 @@ SUNSTONE_INLINE __m128 halvesToFloats(__m128i halves) {
     return _mm_castsi128_ps(_mm_or_si128(value, sign));
 }
 
-// Quotients of small integers round as in double precision: a quotient is never near the middle of
-// two floats.
+// Quotients of small integers round as in double precision, because no quotient is near the middle
+// of two floats.
 SUNSTONE_INLINE __m128 fractions(__m128i integers, float most) {
     return _mm_div_ps(_mm_cvtepi32_ps(integers), _mm_set1_ps(most));
 }
@@ -136,7 +136,7 @@ SUNSTONE_INLINE __m128 nearestHalves(__m128 value) {
     return _mm_castsi128_ps(result);
 }
 
-// Signed fractions below -1 stay so until the sum of a filter.
+// Signed fractions below -1 remain so until the sum of a filter.
 template <Kind kKind>
 SUNSTONE_INLINE __m128 finished(__m128 value, bool filtered) {
     if constexpr (kKind == Kind::kS8 || kKind == Kind::kS16)
@@ -157,7 +157,7 @@ SUNSTONE_INLINE int64_t limited(int64_t value, int64_t least, int64_t most) {
     return value > most ? most : value;
 }
 
-// The texel that stands for one near the image; -1: the border.
+// The texel that the address mode selects near the image; -1: the border.
 SUNSTONE_INLINE int64_t resolved(Address mode, bool normalized, int64_t i, int64_t size) {
     if (uint64_t(i) < uint64_t(size))
         return i;
@@ -184,7 +184,7 @@ SUNSTONE_INLINE int64_t texelUnits(Address mode, double x, int64_t size) {
                    (size + 4) * kUnit);
 }
 
-// False: not covered.
+// False: the function does not cover the position.
 template <bool kLinear>
 SUNSTONE_INLINE bool place(const Texture& texture, unsigned axis, double x, int64_t size,
                            Place& place) {
@@ -304,7 +304,7 @@ void sampleCall(const Texture& texture, uint32_t form, const SampleOperands& ope
                                                                         : 2;
     const Image& image = texture.images[0];
     const uint32_t layer = geometry >= k1DArray ? operands.layer : 0;
-    // Volatile: one load of two positions would wait until both of the caller's stores are done.
+    // Volatile: one load of both positions would stall until both stores of the caller are done.
     const volatile uint32_t* const words = operands.position;
     if ((direction && texture.cube) ||
         !sampleFormat<kKind, kChannels, kLinear>(
@@ -314,7 +314,7 @@ void sampleCall(const Texture& texture, uint32_t form, const SampleOperands& ope
         sampleSlowly(texture, form, operands, true, result);
 }
 
-// ---- the choice --------------------------------------------------------------------------------
+// ---- selection ---------------------------------------------------------------------------------
 template <Kind kKind, unsigned kChannels, bool kLinear>
 constexpr QuickFunctions kFunctions = {sampleImage<kKind, kChannels, kLinear>,
                                        sampleCall<kKind, kChannels, kLinear>};

@@ -85,7 +85,7 @@ private:
     bool normalized_;
 };
 
-// One NaN is as good as another.
+// All NaN are equal.
 bool sameWords(const uint32_t a[4], const uint32_t b[4]) {
     for (unsigned k = 0; k < 4; ++k)
         if (a[k] != b[k] &&
@@ -134,7 +134,7 @@ void compare(uint64_t handle, unsigned count, bool normalized, std::mt19937& ran
     }
 }
 
-// All switches of a texture of one format, in random order.
+// Compares all settings of a texture of one format, in random order.
 void compareFormat(const Images& images, Format format, std::mt19937& random) {
     for (unsigned bits = 0; bits < 128; ++bits) {
         auto texture = randomTexture(images, format, bits & 64, random);

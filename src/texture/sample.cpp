@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sampling. Positions become texel units in double precision, which holds the products of float
 // coordinates and sizes exactly. The linear filter takes the weights of CUDA devices: a position's
-// fraction rounded to 1/256. The fraction between two levels is cut to 1/256. Both, the borders and
-// the behaviour at huge coordinates were read off recordings of a GPU
-// (tests/cuda/apps/textures.cu).
-// Source: CUDA C++ Programming Guide, appendix "Texture Fetching".
+// fraction rounded to 1/256. The fraction between two levels is cut to 1/256. Both fractions, the
+// borders and the behaviour at huge coordinates were taken from recordings of a GPU
+// (tests/cuda/apps/textures.cu). Source: CUDA C++ Programming Guide, appendix "Texture Fetching".
 #include "texture/device_functions.h"
 
 #include "texture/fetch.h"
@@ -87,7 +86,7 @@ Axis place(const Sampler& sampler, unsigned axis, double x, uint32_t size, bool 
     return {fixed >> 8, uint32_t(fixed & 255)};
 }
 
-// The texel that stands for one outside the image; -1: the border.
+// The texel that the address mode selects outside the image; -1: the border.
 int64_t resolve(Address mode, int64_t i, uint32_t size) {
     if (i >= 0 && i < int64_t(size))
         return i;
@@ -310,7 +309,7 @@ void sampleCube(const Sampler& sampler, const Image& image, const double directi
             missing = weight;
         }
     }
-    // At a corner of the cube the mean of the other three stands for the fourth.
+    // At a corner of the cube the mean of the other three replaces the fourth.
     for (unsigned k = 0; k < 4; ++k)
         sum[k] += missing > 0 ? missing * plain[k] : 0;
     std::memcpy(result, sum, sizeof sum);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texture and surface objects and the table of their handles. A handle is a number that device code
-// passes around; it is looked up at every use, so stale and invalid handles read as zero. Objects
-// share their arrays' memory: destroying an array before its textures is safe. The application must
-// not destroy an object while a program uses it; the API shells wait for queued work first. Read
-// next: device_functions.h, sample.cpp.
+// Texture and surface objects and the table of their handles. A handle is a number, looked up at
+// every use by device code, so stale and invalid handles read as zero. Objects share their arrays'
+// memory: destroying an array before its textures is safe. The application must not destroy an
+// object while a program uses it; the API shells wait for queued work first. Read next:
+// device_functions.h, sample.cpp.
 #pragma once
 
 #include "texture/array.h"
@@ -19,7 +19,7 @@ struct Texture;
 
 // Sampling by functions of the format's own; see quick.h. `add` fills it in.
 struct QuickSampling {
-    // Samples one level. False: nothing is written, and the generic code has to answer.
+    // Samples one level. False: nothing is written, and the generic code must handle the call.
     bool (*image)(const Texture& texture, const Image& image, unsigned dimensions, double x,
                   double y, double z, uint32_t slice, uint32_t result[4]) = nullptr;
     // A sampling call whose form has none of `otherForms`, which need more than one sample of the
@@ -38,7 +38,7 @@ struct Texture {
     bool layered = false;
     bool cube = false;
     bool is3D = false;
-    bool hasLines = false; // layers of one dimension: GPUs need to know, on CPUs each use says it
+    bool hasLines = false; // layers of one dimension: GPUs need this; on CPUs each call states it
     bool linearMemory = false; // indexed by integers alone
     Address address[3] = {Address::kWrap, Address::kWrap, Address::kWrap};
     bool linear = false;       // filter between texels

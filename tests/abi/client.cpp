@@ -78,7 +78,7 @@ std::string traceCall(int abi) {
     const std::string table = "%mask, %flags, %offset, %stride, %miss, ";
     if (abi < 47)
         return "call (%p0, %p1), _optix_trace_2, (" + ray + table + "%p0, %p1);\n";
-    // For the words beyond the count, the headers pass uninitialised registers.
+    // The headers pass uninitialised registers for the words beyond the count.
     return "mov.u32 %type, 0;\n mov.u32 %count, 2;\n"
            " call (" +
            join("%p", 32) + "), _optix_trace_typed_32, (%type, " + ray + table + "%count, " +

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A client of one release: its table, filled by position, and a small scene rendered through it.
-// Every struct is passed in memory with garbage padding that ends, at the end of the struct, before
-// an unreadable page: a library that reads further faults.
+// Every struct has garbage padding and ends directly before an unreadable page, so that a library
+// that reads beyond the struct faults.
 #pragma once
 
 #include "releases.h"
@@ -122,7 +122,7 @@ struct Image {
 };
 
 // PTX of the scene's programs with the intrinsics that a release's headers compile to; rays have
-// these flags. showTime: rays have the time 0.5, and misses show the time instead of a constant.
+// these flags. showTime: rays have the time 0.5, and misses store the time in place of a constant.
 std::string scenePtx(int abi, unsigned rayFlags = 0, bool showTime = false);
 
 } // namespace tests::abi

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The denoiser through each generation of its interface: images as one array and a model set later
-// (7.0 to 7.2), guides and layers (7.3 on), sizes and first frames (7.5 on). The same images give
-// the same result, bit for bit.
+// (7.0 to 7.2), guides and layers (7.3 on), sizes and first frames (7.5 on). All give equal results
+// for equal images, bit for bit.
 #include "scene.h"
 
 #include <cmath>
@@ -296,7 +296,7 @@ TYPED_TEST(DenoiserOf, Kinds) {
     }
 }
 
-// Since 7.5 the first frame of a sequence is marked as such.
+// From 7.5 on, an option marks the first frame of a sequence.
 TYPED_TEST(DenoiserOf, FirstFrames) {
     if constexpr (TypeParam::kAbi >= 47) {
         Denoiser<TypeParam> denoiser(kTemporal);

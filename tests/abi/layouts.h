@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Structs of the OptiX 7 releases as their clients see them, each with its size and offsets.
-// Written independently of our headers, which these tests do not include: the reference is the
-// binary interface. A struct is named after the first release that has it in this form.
+// Structs of the OptiX 7 releases as their clients see them, each with its size and offsets. This
+// file is independent of Sunstone's headers, which these tests do not include: the reference is the
+// ABI. A struct is named after the first release that has it in this form.
 #pragma once
 
 #include <cstddef>

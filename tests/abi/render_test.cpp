@@ -22,7 +22,7 @@ const Image& expected() {
     return image;
 }
 
-// The scene once more, as triangles in the world.
+// The scene as triangles in world space.
 struct Triangle {
     double v[3][3];
     uint32_t word; // added by a hit to its second barycentric
@@ -101,7 +101,7 @@ TYPED_TEST(EachRelease, RendersTheSamePicture) {
     EXPECT_TRUE(client.render(64, 48) == expected());
 }
 
-// 7.0 lets a pipeline have ray times although its modules were made without motion.
+// In 7.0 the rays of a pipeline may have times although its modules were created without motion.
 TEST(Picture, MotionOfOnePipeline) {
     const Image image =
         Client<Release70>().render(64, 48, {.showTime = true, .overrideMotionBlur = true});

@@ -345,7 +345,8 @@ TEST(RulesOfTwo, DoNotMix) {
     Client<Release70> old;
     Client<Release76> young;
     unsigned a = 0, b = 0;
-    // Through the other's table too: the table that made a context determines its features.
+    // Also through the other client's table: the table that created a context determines its
+    // features.
     old.expect(young.call("DeviceContextGetProperty", old.context(), 0x2006, (void*)&a, size_t(4)));
     old.expect(old.call("DeviceContextGetProperty", young.context(), 0x2006, (void*)&b, size_t(4)));
     EXPECT_EQ((1u << 24) - 1, a);

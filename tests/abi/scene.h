@@ -10,7 +10,7 @@
 
 namespace tests::abi {
 
-// How the scene may be rendered otherwise.
+// Variants of the scene.
 struct Variant {
     unsigned rayFlags = 0;
     unsigned geometryFlags = 0;
@@ -112,7 +112,7 @@ public:
                     count, (char*)nullptr, (size_t*)nullptr, pipeline);
     }
 
-    // Waits for queued work, with the means of this API alone: destroying a context waits.
+    // Waits for queued work only with calls of this API: destroying a context waits.
     void wait() const {
         void* other = nullptr;
         expect(call("DeviceContextCreate", (void*)nullptr, (const void*)nullptr, &other));
@@ -136,7 +136,7 @@ public:
         wait();
         return handle;
     }
-    // Of the last build.
+    // The output buffer of the last build.
     Memory& lastOutput() { return memory_[lastOutput_]; }
     template <class T>
     DevicePointer keep(const std::vector<T>& values) {

@@ -177,7 +177,7 @@ TEST_P(AccelAccess, CopiesAreRelocated) {
     gas.reset();
     EXPECT_EQ(2u, trace(handle));
     EXPECT_EQ(2u, trace(parent));
-    // No ray enters a null child, also where the instance had another child before.
+    // No ray enters a null child, even if the instance had another child before.
     const Buffer none(std::vector<OptixTraversableHandle>{0});
     ASSERT_OK(optixAccelRelocate(context_, nullptr, &iasInfo, none.address(), 1, newIas.address(),
                                  newIas.size(), &parent));
@@ -225,8 +225,8 @@ TEST_P(AccelAccess, RelocationRefusesWhatIsNoCopy) {
 // Handles of all tags into unmapped memory, unreadable memory, and memory with other contents:
 // misses.
 TEST_P(AccelAccess, GarbageTraversablesMiss) {
-    // Away from usual allocations: another test may have had a transform there, and a buffer of
-    // this test may get unmapped memory.
+    // The addresses are far from usual allocations, because another test may have had a transform
+    // there, and a buffer of this test may get unmapped memory.
     const auto map = [](size_t place, int access) {
         void* const hint = reinterpret_cast<void*>(0x3f0000000000 + place * 0x100000);
         return mmap(hint, 8192, access, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -258,7 +258,7 @@ TEST_P(AccelAccess, GarbageTraversablesMiss) {
     munmap(closed, 8192);
     buildAccel(context_, log_, {top.input}); // reports the build before
     if (!onGpu())
-        return; // there an invalid handle is a miss without a log line
+        return; // an invalid handle is a miss without a log line there
     EXPECT_NE(std::string::npos, log_.all().find("they are never hit")) << log_.all();
     log_.clear();
     EXPECT_EQ(1u, trace(0x1001));
@@ -266,8 +266,8 @@ TEST_P(AccelAccess, GarbageTraversablesMiss) {
         << log_.all();
 }
 
-// The structure that rays of the last launches used is always checked, and with debug exceptions
-// all structures are.
+// Launches always check the structure that rays of the last launches used, and with debug
+// exceptions all structures.
 TEST_P(AccelAccess, FreedStructuresMiss) {
     if (!onGpu())
         GTEST_SKIP() << "only a GPU's driver says which memory was freed";

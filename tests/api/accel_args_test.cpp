@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Arguments of optixAccelComputeMemoryUsage, -Build and -Compact (OptiX 7.4, sections 3.10, 5.2 to
-// 5.10): every rule about them, broken one at a time.
+// 5.10): violates every rule about them, one at a time.
 #include "device_memory.h"
 #include "rig.h"
 #include "scene.h"
@@ -42,8 +42,8 @@ protected:
                                output_.address(), output_.size(), &handle_, nullptr, 0);
     }
 
-    // A change of a build input that both functions must refuse, and one of buffers, which only the
-    // build checks.
+    // expectBad: a change of a build input that both functions must refuse; the second form: a
+    // change of buffers, which only the build checks.
     void expectBad(const OptixBuildInput& good, const char* mention,
                    const std::function<void(OptixBuildInput&)>& change) {
         OptixBuildInput input = good;
@@ -531,7 +531,8 @@ TEST_F(AccelArguments, Compaction) {
 // ---- Headers
 // -------------------------------------------------------------------------------------
 
-// A copy of a structure of which only the first 128 bytes, a part of its header, can be read.
+// A copy of a structure whose first 128 bytes, a part of the header, are readable, and the rest
+// not.
 class CutStructure {
 public:
     explicit CutStructure(const Buffer& whole) {

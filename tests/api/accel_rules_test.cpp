@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rules about whole graphs and operations on structures: graph flags, depth, loops, build flags and
-// their effects, updates of everything updatable, other contexts.
+// their effects, updates of all kinds, other contexts.
 #include "device_memory.h"
 #include "probe.h"
 #include "rig.h"
@@ -129,9 +129,9 @@ void refill(TriangleMesh& mesh, const std::vector<Vec3>& vertices) {
     std::memcpy(mesh.vertices.as<void>(), vertices.data(), vertices.size() * sizeof(Vec3));
 }
 
-// Graph flags of a pipeline declare the structures that rays meet. With SINGLE_GAS alone rays pass
-// by all others; with SINGLE_LEVEL_INSTANCING they pass by what is below a second instance or
-// transform. The log says so. A geometry structure traced directly is always hit.
+// Graph flags of a pipeline declare the graphs that rays traverse. With SINGLE_GAS alone, rays miss
+// all other objects; with SINGLE_LEVEL_INSTANCING they miss objects below a second instance or
+// transform. The log notes this. A geometry structure traced directly is always hit.
 TEST_F(AccelRules, GraphFlags) {
     const TriangleMesh mesh = cloudMesh(200, 1);
     const Accel gas = buildAccel(context_, log_, {mesh.input});
@@ -181,7 +181,8 @@ TEST_F(AccelRules, GraphsOfAllDepths) {
     }
 }
 
-// Thousands of handles, each found, and their neighbours not: on GPUs handles are looked up.
+// With thousands of handles, each handle is found and neighbouring addresses are not: GPUs look
+// handles up.
 TEST_F(AccelRules, ManyStructures) {
     constexpr unsigned kCount = 1500;
     const TriangleMesh mesh({{-2, -2, 0}, {2, -2, 0}, {0, 2, 0}}, {0, 1, 2});
@@ -207,7 +208,7 @@ TEST_F(AccelRules, ManyStructures) {
     }
 }
 
-// Updates can close a loop; rays do not go round in it, however many ways there are.
+// Updates can create a cycle; rays do not follow it, for any number of paths.
 TEST_F(AccelRules, StructuresWithinThemselves) {
     const TriangleMesh mesh = cloudMesh(200, 3);
     const Accel gas = buildAccel(context_, log_, {mesh.input});
@@ -269,7 +270,7 @@ TEST_F(AccelRules, BuildFlagsHaveEffects) {
         }
         return best;
     };
-    // Threads that wait for work count too where a machine is busy: such a measurement is repeated.
+    // On a busy machine, waiting threads add to the processor time, so the measurement is repeated.
     // The host's work while a GPU builds is not measured.
     bool isFaster = onGpu();
     for (int attempt = 0; attempt < 5 && !isFaster; ++attempt)
@@ -287,7 +288,7 @@ TEST_F(AccelRules, BuildFlagsHaveEffects) {
         }
 }
 
-// An update starts from the tree of the build: updates in between have no effect.
+// An update starts from the tree of the build, so updates in between have no effect.
 TEST_F(AccelRules, ManyUpdatesAreOneUpdate) {
     TriangleMesh mesh = cloudMesh(3000, 5), same = cloudMesh(3000, 5);
     Accel often = buildAccel(context_, log_, {mesh.input}, kUpdate);
@@ -373,8 +374,8 @@ TEST_F(AccelRules, CountsOfBoxesAndInputsMayNotChange) {
     EXPECT_OK(update({boxes.input, boxes.input}, customs));
 }
 
-// A relocated copy is a full structure, in another context as well: it can be updated, compacted
-// and instanced there after the original and its context are destroyed.
+// A relocated copy is a full structure, also in another context: it can be updated, compacted and
+// instanced after the original and its context are destroyed.
 TEST_F(AccelRules, CopiesLiveOnInAnotherContext) {
     TriangleMesh mesh = cloudMesh(300, 8);
     const unsigned flags = kUpdate | kCompaction;
@@ -417,7 +418,7 @@ TEST_F(AccelRules, CopiesLiveOnInAnotherContext) {
     EXPECT_EQ(hits(after), hits(see(buildAccel(context_, log_, {list.input}).handle)));
 }
 
-// Geometry of any size: a scene and its rays scaled by a power of two give the same answers.
+// Geometry of any size: a scene and its rays, scaled by a power of two, give the same hits.
 TEST_F(AccelRules, TinyAndHugeGeometry) {
     const std::vector<Vec3> vertices = cloud(200, 10);
     const TriangleMesh plain(vertices, ascending(600));

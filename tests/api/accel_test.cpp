@@ -159,7 +159,7 @@ TEST_F(AccelTest, SizesDependOnShapeOnly) {
     EXPECT_EQ(0, std::memcmp(&before, &after, sizeof(before)));
 }
 
-// Builds and compactions of the same inputs give the same bytes.
+// Builds and compactions of equal inputs give equal bytes.
 TEST_F(AccelTest, BuildsAreReproducible) {
     auto expectReproducible = [&](const OptixBuildInput& input, unsigned flags, unsigned keys = 1) {
         OptixAccelBuildOptions options = buildOptions(flags | OPTIX_BUILD_FLAG_ALLOW_COMPACTION);
@@ -554,7 +554,7 @@ TEST_F(AccelTest, InstancePointers) {
 }
 
 TEST_F(AccelTest, NullAndMisalignedInstancePointers) {
-    // Contents of device memory are not the caller's arguments, but must not crash either.
+    // Contents of device memory are not arguments of the call, but invalid contents must not crash.
     auto mesh = terrain(2);
     Accel gas = buildAccel(context_, log_, {mesh->input});
     InstanceList list({instanceOf(gas.handle, identity(), 7)});
@@ -734,8 +734,8 @@ TEST_F(Compaction, OfACompactedStructure) {
     expectSameHits(before, trace(rays, b));
 }
 
-// Structures hold offsets only: a copy of the bytes works at its new place, with the old handle's
-// tag.
+// Structures contain only offsets, so a copy of the bytes works at its new place, with the old
+// handle's tag.
 TEST_F(AccelTest, InputsMayGoAfterTheBuild) {
     std::vector<Ray> rays = grid(-0.99f, 0.99f, 30);
     std::vector<ProbeResult> before;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Updates through the API, tested by rays against a fresh build of the same input; and refused
+// Updates through the API, tested by rays against a new build of the same input; and refused
 // updates.
 #include "probe.h"
 #include "rig.h"

@@ -84,13 +84,13 @@ TEST_P(BoundValues, LoadsBecomeConstants) {
         EXPECT_EQ(10 + i, r[4 * i + 2]);
         EXPECT_EQ(11u, r[4 * i + 3]);
     }
-    // A launch that breaks the promise shows which loads are constants.
+    // A launch with other values shows which loads are constants.
     params.mode = 7;
     params.scale = 100;
     ASSERT_OK(launch(pipeline, group, params));
     EXPECT_EQ(305u, r[0]);
     EXPECT_EQ(20u, r[1]);
-    // Computed places read memory.
+    // Loads at computed offsets read memory.
     params.table[2] = 77;
     ASSERT_OK(launch(pipeline, group, params));
     EXPECT_EQ(77u, r[4 * 2 + 2]);

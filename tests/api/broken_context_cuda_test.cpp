@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A CUDA context broken by a kernel of the application: each call that needs it returns an error,
-// no call ends the process or hangs, and all objects can be destroyed.
+// After a kernel of the application has broken the CUDA context, each call that needs the context
+// returns an error, no call ends the process or hangs, and all objects can be destroyed.
 #include "device_memory.h"
 #include "launch.h"
 #include "process_end.h"
@@ -41,7 +41,7 @@ protected:
         ASSERT_NE(CUDA_SUCCESS, cuCtxSynchronize());
         ASSERT_NE(CUDA_SUCCESS, cuCtxSynchronize()) << "for good";
     }
-    // Memory that stays: objects of the broken context cannot be freed.
+    // This memory is never freed, because memory of the broken context cannot be freed.
     static CUdeviceptr memoryOf(size_t size) {
         CUdeviceptr memory = 0;
         EXPECT_EQ(CUDA_SUCCESS, cuMemAlloc(&memory, size ? size : 1));
@@ -117,7 +117,7 @@ TEST_F(BrokenContext, EveryCallAnswers) {
                                       sizes.outputSizeInBytes, &other));
     EXPECT_REFUSED(optixDenoiserSetup(denoiser, nullptr, 16, 16, state, denoising.stateSizeInBytes,
                                       scratch, denoising.withOverlapScratchSizeInBytes));
-    // These use little or no part of the context, and may succeed or fail.
+    // These calls hardly use the context, and may succeed or fail.
     (void)optixAccelGetRelocationInfo(context_, handle, &info);
     (void)optixPipelineSetStackSize(rig.pipeline(), 0, 0, 2000, 1);
     (void)rig.tryLink(1);

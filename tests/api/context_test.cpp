@@ -9,7 +9,7 @@ namespace {
 
 constexpr unsigned kUntouched = 0xABABABABu;
 
-// A PTX text that is refused with one error line, to make the log speak.
+// Creates a module from an invalid PTX text, which logs one error line.
 OptixResult makeNoise(OptixDeviceContext context) {
     OptixModuleCompileOptions moduleOptions{};
     OptixPipelineCompileOptions options = compileOptions();

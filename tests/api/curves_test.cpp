@@ -135,7 +135,7 @@ protected:
     unsigned buildFlags_ = 0; // of the built-in module
 };
 
-// Each segment eight times: the walk may meet them in any order.
+// Each segment exists eight times; traversal may meet the copies in any order.
 TEST_F(CurveTest, OfEqualHitsTheLowestPrimitiveCounts) {
     constexpr unsigned kSegments = 8, kCopies = 8;
     for (OptixPrimitiveType type : kTypes) {
@@ -248,7 +248,7 @@ TEST_F(CurveTest, StrandsEndWhereIndicesDoNotGoOn) {
     const OptixPrimitiveType type = OPTIX_PRIMITIVE_TYPE_ROUND_CUBIC_BSPLINE;
     prepare(type, false, 1);
     Strand strand(type, 4);
-    // The second of four segments is left out: two strands, [0, 1] and [2, 4].
+    // The second of four segments is missing, which leaves two strands, [0, 1] and [2, 4].
     strand.first = {0, 2, 3};
     strand.upload();
     strand.input.curveArray.numPrimitives = 3;
@@ -297,7 +297,7 @@ TEST_F(CurveTest, AnyHitRules) {
         EXPECT_EQ(1u, flagged[1].closestHits);
         EXPECT_EQ(0u, flagged[2].closestHits + flagged[2].misses);
         EXPECT_EQ(1u, flagged[3].misses);
-        // Face culling concerns triangles alone.
+        // Face culling applies only to triangles.
         CurveRay culled = disabled;
         culled.flags |= OPTIX_RAY_FLAG_CULL_BACK_FACING_TRIANGLES;
         EXPECT_EQ(1u, trace({culled}, accel.handle)[0].closestHits);
@@ -713,7 +713,8 @@ protected:
     }
 };
 
-// Stated preferences must match; a module for moving curves also serves curves without motion.
+// Build preferences, if stated, must match; a module for moving curves also serves curves without
+// motion.
 TEST_F(CurveMatches, OtherOptionsAreAnException) {
     constexpr unsigned kTrace = OPTIX_BUILD_FLAG_PREFER_FAST_TRACE;
     constexpr unsigned kBuild = OPTIX_BUILD_FLAG_PREFER_FAST_BUILD;

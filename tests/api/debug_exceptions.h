@@ -29,7 +29,7 @@ enum Mistake : unsigned {
     kFaceFlags,          // -16
     kThrowCode,          // -16: a user exception with a negative code
     kMistakes,
-    kLargeFrames, // -1, in a separate program: GPUs have no compiler for such frames
+    kLargeFrames, // -1, in a separate program: GPU compilers refuse such frames
 };
 
 struct DebugResult {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exceptions of the library itself: every mistake of debug_exceptions.h reaches the exception
-// program with its code and details, ends only its launch index, is harmless without the flags, and
-// fails a launch in validation mode.
+// Exceptions of the library: every mistake of debug_exceptions.h runs the exception program with
+// its code and details, ends only its launch index, is harmless without the flags, and fails a
+// launch in validation mode.
 #include "debug_exceptions.h"
 #include "device_memory.h"
 #include "rig.h"
@@ -83,7 +83,7 @@ protected:
         waitForDevice();
         return result;
     }
-    // A failure stays with its stream until the next call on it.
+    // The stream keeps a failure until its next call.
     void expectFailedLaunch() {
         EXPECT_EQ(OPTIX_ERROR_LAUNCH_FAILURE, launch(kFine, 1));
         EXPECT_TRUE(log_.hasError("stack overflow", "launch index (0, 0, 0)")) << log_.all();
@@ -139,7 +139,7 @@ TEST_P(DebugExceptions, EveryMistakeHasItsCodeAndDetails) {
             ASSERT_EQ(100u, r.detail);
             continue;
         }
-        // All that the code does not have is zero.
+        // All details that the code lacks are zero.
         ASSERT_EQ(0u, r.detail);
         ASSERT_EQ(mistake == kBadTraversable ? scene_->gas.handle + 48 : 0, r.traversable);
         const int offsets[] = {0, 0, 0, 7, 200, 0, 0, 77, 2, 0};
@@ -187,7 +187,7 @@ TEST_P(DebugExceptions, WithoutFlagsMistakesAreHarmless) {
     }
 }
 
-// Recursion without end and without the flag is a failed launch.
+// Endless recursion without the flag fails the launch.
 TEST_P(DebugExceptions, WithoutFlagsOverflowsFailTheLaunch) {
     prepare(OPTIX_EXCEPTION_FLAG_NONE);
     for (unsigned mistake : {unsigned(kDeepCallables), unsigned(kDeepRecursion)}) {
@@ -221,7 +221,8 @@ TEST_P(DebugExceptions, HandlesOfNothing) {
     ASSERT_EQ(1000, result(0).code);
 }
 
-// Within the table, but no header of a group of that kind, or of a group of another pipeline.
+// Records within the table without a header of a group of that kind, or with a header of another
+// pipeline's group.
 TEST_P(DebugExceptions, RecordsOfNothing) {
     prepare(kAllFlags);
     Buffer zeros(1024, 16), foreign(1024, 16);
@@ -340,7 +341,7 @@ TEST_P(GraphExceptions, InstancingNotAllowed) {
     EXPECT_EQ(scene_->ias.handle, result(0).traversable);
 }
 
-// Legal, but processors interpret it differently.
+// Such offsets are legal, but implementations interpret them differently.
 TEST_P(DebugExceptions, SbtOffsetsAbove15AreRemarkedUpon) {
     prepare(OPTIX_EXCEPTION_FLAG_DEBUG);
     log_.clear();
@@ -350,7 +351,7 @@ TEST_P(DebugExceptions, SbtOffsetsAbove15AreRemarkedUpon) {
     EXPECT_NE(std::string::npos, log_.all().find("SBT offset or stride above 15")) << log_.all();
 }
 
-// Without exceptions the manual leaves this undefined; deeper structures are still found.
+// The manual leaves this undefined without exceptions; Sunstone still finds deeper structures.
 TEST_P(GraphExceptions, DeeperThanDeclaredWithoutExceptions) {
     prepare(OPTIX_EXCEPTION_FLAG_NONE);
     constexpr const char* kLine = "more than the 1 levels of maxTraversableGraphDepth";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The denoiser functions: the effect of each one, and every reason to refuse a call.
+// The denoiser functions: the effect of each function, and every error.
 #include "fixture.h"
 
 #include "optix_denoiser_tiling.h"
@@ -69,7 +69,7 @@ struct Pictures {
                     albedo.at(x, y)[c] = side ? 0.9f : 0.4f;
                 }
                 if (channelsOf(format) == 4)
-                    // Without a pattern: that would be kept.
+                    // Without a pattern, because the denoiser would keep a pattern.
                     noisy.at(x, y)[3] = clean.at(x, y)[3] =
                         float(((x * 2654435761u) ^ (y * 2246822519u)) * 3266489917u >> 28) / 16;
                 normal.at(x, y)[side] = 1.0f;

@@ -8,13 +8,14 @@
 
 namespace tests::api {
 
-// Before the first use of the library.
+// Call before the first use of the library.
 void prepareDevice();
 bool onGpu();
-// Of the GPU, 10 * major + minor, and of its driver, 1000 * major + 10 * minor; 0 on the CPU.
+// The GPU's compute capability, 10 * major + minor, and its driver's version, 1000 * major + 10 *
+// minor; 0 on the CPU.
 int computeCapability();
 int driverVersion();
-// In a thread that the test has started, before it makes a device context.
+// Call in a thread that the test has started, before the thread creates a device context.
 void prepareThread();
 
 // At least `alignment`-aligned (a power of two); throws std::bad_alloc.

@@ -74,7 +74,8 @@ protected:
         log_.clear();
         OptixPipelineCompileOptions options = compileOptions();
         options.usesMotionBlur = motion;
-        // With instances, code for GPUs depends on the graphs that other tests of a process make.
+        // With instances, code for GPUs depends on the graphs that other tests of the process
+        // create.
         options.traversableGraphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_GAS;
         Rig rig(context_, log_,
                 ptxModule(".const .align 8 .b8 params[8];\n.visible .entry __raygen__a() {\n"
@@ -101,7 +102,8 @@ TEST_F(DiskCacheApi, OnByDefault) {
     const auto [low, high] = sizes();
     EXPECT_EQ(size_t(512) << 20, low);
     EXPECT_EQ(size_t(1) << 30, high);
-    // Without a variable: a folder of the user, distinct from that of another implementation.
+    // Without the variable, the cache is in a folder of the user that differs from that of other
+    // implementations.
     renew(nullptr, nullptr);
     EXPECT_NE(std::string::npos, location().find("/tmp/SunstoneCache")) << location();
 }
@@ -341,7 +343,7 @@ TEST_F(DiskCacheApi, MaximumOfTheEnvironment) {
         EXPECT_EQ(size_t(1) << 30, sizes().second) << ignored;
         EXPECT_EQ(1, enabled()) << ignored;
     }
-    // The environment cannot turn on what the API turned off.
+    // The environment cannot enable a cache that the API has disabled.
     renew(folder_.c_str(), "5000");
     EXPECT_OK(optixDeviceContextSetCacheEnabled(context_, 0));
     EXPECT_EQ(0, enabled());
@@ -441,7 +443,7 @@ TEST_F(DiskCacheApi, ManyProcessesUseOneDatabase) {
         const pid_t child = fork();
         ASSERT_GE(child, 0);
         if (child == 0) {
-            // A new process, so that all threads of the library exist in it.
+            // Runs in a new process, because a forked child would lack the library's threads.
             unsetenv("GTEST_TOTAL_SHARDS"); // the child's one test may be in another shard
             unsetenv("GTEST_SHARD_INDEX");
             setenv("SUNSTONE_TEST_CHILD", "1", 1);

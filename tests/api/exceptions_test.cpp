@@ -90,7 +90,7 @@ TEST_P(Exceptions, NoExceptionProgram) {
         ASSERT_EQ(i % kKinds == kNone ? 2u : 1u, results.as<ExceptionResult>()[i].reached) << i;
 }
 
-// Reports of the last launches are in the log once their context is destroyed.
+// Destroying a context logs the reports of its last launches.
 TEST_P(Exceptions, LastReportsAreTold) {
     auto r = rig("exceptions", compileOptions(2));
     r->raygenRecord(r->raygen("__raygen__exceptions"));
@@ -111,7 +111,8 @@ TEST_P(Exceptions, LastReportsAreTold) {
     EXPECT_NE(std::string::npos, all.find(", at launch index (0, 0, 0)", found)) << all;
 }
 
-// The flag USER "must be specified" where programs throw. They do so without it; the log warns.
+// The manual requires the flag USER if programs throw. Without the flag exceptions work, and the
+// log has a warning.
 TEST_P(Exceptions, WithoutTheUserFlag) {
     log_.clear();
     auto r = rig("exceptions", compileOptions(2));

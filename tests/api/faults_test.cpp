@@ -97,7 +97,7 @@ TEST_P(Faults, StackOverflowsNameFunctionAndLine) {
               launch({results_.as<unsigned>(), 0, 0, 0}, rig_->table()));
 }
 
-// Without line information the function is named.
+// Without line information, the log names the function.
 TEST_P(Faults, WithoutLinesNameTheProgram) {
     Rig rig(context_, log_,
             ptxModule(".visible .entry __raygen__plain()\n{\n.reg .b64 %rd<2>;\n"

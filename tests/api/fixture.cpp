@@ -61,8 +61,8 @@ std::string LogRecord::all() const {
 }
 
 void loadLibrary() {
-    // No cache of earlier runs is used unless the environment gives it a size, as the tests of the
-    // back end for GPUs do; tests of the disk cache set its folder.
+    // Disables the disk cache unless the environment sets its size, as the tests of the back end
+    // for GPUs do; tests of the disk cache set its folder.
     setenv("OPTIX_CACHE_MAXSIZE", "0", 0);
     prepareDevice();
     OptixResult result = optixInit();

@@ -77,7 +77,7 @@ void loadLibrary();
 
 class ApiTest : public testing::Test {
 public:
-    // The log of the running test gets the reports of ended launches.
+    // Adds the reports of ended launches to the log of the running test.
     static void hearReports();
 
 protected:
@@ -85,8 +85,8 @@ protected:
     void SetUp() override;
     void TearDown() override;
 
-    // The result is `expected`, and the log has an error line with the function's name and
-    // `mention`, a word of the cause.
+    // Checks that the result is `expected` and that the log has an error line with the function's
+    // name and `mention`, a word of the cause.
     void expectRejected(OptixResult expected, OptixResult actual, const char* function,
                         const char* mention);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// In the child, by fork, of a process that has a device context every function fails at once: the
-// child has none of the threads on which the parent's objects depend.
+// After fork() in a process with a device context, every function fails at once in the child,
+// because the child lacks the threads of the parent's objects.
 #include "../main/forked_child.h"
 #include "scene.h"
 
@@ -12,8 +12,7 @@
 namespace tests::api {
 namespace {
 
-// Calls the functions of a table with zeros for arguments; returns how many do not fail as they
-// must.
+// Calls the functions of a table with zeros as arguments; returns the number of wrong results.
 int callAll(void* const* table, size_t slots) {
     using Function = OptixResult (*)(void*, void*, void*, void*, void*, void*, void*, void*, void*,
                                      void*, void*, void*, void*, void*);

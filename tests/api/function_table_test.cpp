@@ -114,7 +114,7 @@ TEST_F(FunctionTable, StubsLoadAndUnload) {
     EXPECT_EQ(OPTIX_SUCCESS, optixInit());
 }
 
-// Worker threads and compiled code must not lose the ground under their feet.
+// Worker threads and compiled code must survive the unloading of the library.
 TEST_F(FunctionTable, UnloadAfterWork) {
     void* handle = nullptr;
     ASSERT_EQ(OPTIX_SUCCESS, optixInitWithHandle(&handle));

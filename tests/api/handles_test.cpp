@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Invalid handles: null, garbage, of another kind, destroyed. Every function that takes a handle
-// recognises them without reading the memory they point to. Functions that this version lacks log
-// their names.
+// Invalid handles: null, garbage, of another kind, destroyed. Every function recognises invalid
+// handles without reading the memory at their addresses. Missing functions log their names.
 #include "fixture.h"
 
 #include <functional>
@@ -135,8 +134,8 @@ TEST_F(Handles, NotAModule) {
     }
 }
 
-// "Modules must not be destroyed while they are still used by any program group": here they may,
-// and validation mode says so.
+// "Modules must not be destroyed while they are still used by any program group": Sunstone allows
+// it, and validation mode notes it.
 TEST_F(Handles, ModulesMayGoBeforeTheirGroups) {
     for (const bool validation : {false, true}) {
         OptixDeviceContextOptions contextOptions{};

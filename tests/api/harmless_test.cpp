@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Broken rules that do no harm: calls succeed with a warning in the log, and what they make works;
-// validation mode refuses them.
+// Harmless violations of rules: calls succeed with a warning in the log, and their results work;
+// validation mode refuses the calls.
 #include "launch.h"
 #include "rig.h"
 #include "scene.h"
@@ -43,7 +43,7 @@ protected:
         EXPECT_EQ(1u, warnings) << log_.all();
     }
 
-    // Both functions of a build tolerate the input and flags.
+    // Checks that both functions of a build tolerate the input and flags.
     void expectBuildTolerated(const char* mention, const OptixBuildInput& input, unsigned flags = 0,
                               Accel* made = nullptr) {
         const OptixAccelBuildOptions options = buildOptions(flags);
@@ -128,7 +128,7 @@ TEST_P(HarmlessFaults, CompactionWithoutItsFlag) {
     EXPECT_EQ(target.address(), handle & ~OptixTraversableHandle(63));
     OptixAccelRelocationInfo info{};
     EXPECT_OK(optixAccelGetRelocationInfo(context_, handle, &info)) << "a structure lies there";
-    // A buffer that is too small stays an error.
+    // A buffer that is too small is still an error.
     EXPECT_REJECTED(
         OPTIX_ERROR_INVALID_VALUE, "optixAccelCompact", "outputBufferSizeInBytes",
         optixAccelCompact(context_, nullptr, source.handle, target.address(), 128, &handle));

@@ -72,7 +72,7 @@ TEST_P(Helpers, TransformsAgreeWithTheHost) {
     const Vec3 v{1, 2, 3};
     Vec3 point = transformPoint(outer_, transformPoint(inner_, v));
     Vec3 vector = transformVector(outer_, transformVector(inner_, v));
-    // Normals go with the transposed inverse.
+    // Normals transform by the transposed inverse.
     Matrix back = inverse(outer_), more = inverse(inner_);
     auto transposed = [](const Matrix& m, Vec3 n) {
         return Vec3{m[0] * n.x + m[4] * n.y + m[8] * n.z, m[1] * n.x + m[5] * n.y + m[9] * n.z,
@@ -179,7 +179,7 @@ TEST_F(Options, VertexFormatNoneNeedsNoVertices) {
     EXPECT_OK(optixAccelComputeMemoryUsage(context_, &options, &mesh.input, 1, &sizes));
 }
 
-// Addresses aligned as the headers ask work; those off by half of it do not.
+// Addresses with the alignment of the headers work; addresses with half of it do not.
 TEST_F(Options, AlignmentsAreThoseOfTheHeaders) {
     TriangleMesh mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2});
     Accel gas = buildAccel(context_, log_, {mesh.input});

@@ -90,7 +90,7 @@ TEST_P(Launch, ParameterSizes) {
                         launch(params.address(), size));
     EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, kFunction, "pipelineParams",
                     launch(0, sizeof(params_)));
-    // The program sees the given part; parts it does not use may be omitted.
+    // The program reads the given part; the caller may omit parts that it does not use.
     EXPECT_OK(launch(params.address(), sizeof(params_)));
     EXPECT_OK(launch(params.address(), sizeof(params_) - 4));
     waitForDevice();
@@ -228,7 +228,7 @@ TEST_P(Launch, BindingTableArguments) {
     EXPECT_EQ(2u, seen(0).runs);
 }
 
-// Faults that are found when the launch runs: it does not happen, an error is logged.
+// Faults found in stream order: the launch does not run, and an error is logged.
 TEST_P(Launch, RecordsThatAreNoRaygenRecords) {
     auto r = rigWith("__raygen__shape");
     size_t miss = r->miss("__miss__value");

@@ -48,7 +48,8 @@ protected:
         ASSERT_NE(nullptr, module_);
         EXPECT_OK(optixModuleDestroy(module_));
     }
-    // Refused with a log line that contains `mention`; no handle is left.
+    // Checks that the call is refused with a log line that contains `mention`, and returns no
+    // handle.
     void expectRefused(OptixResult result, const char* mention, std::string_view text) {
         EXPECT_REJECTED(result, kFunction, mention, create(text));
         EXPECT_EQ(nullptr, module_);
@@ -281,8 +282,8 @@ TEST_F(Module, AtLeastTwoAttributesAlways) {
     expectGood(programOf("__closesthit__a", "call (%r1), _optix_get_attribute_1, ();"));
 }
 
-// Whether an operand is constant may only be known once the program is compiled: the module or the
-// pipeline is refused.
+// Only compilation may show that an operand is not constant, so either the module or the pipeline
+// is refused.
 TEST_F(Module, PayloadSlotMustBeConstant) {
     options_.numPayloadValues = 32;
     std::string text = programOf("__miss__a", "call (%r2), _optix_get_launch_index_x, ();\n"
@@ -338,7 +339,7 @@ TEST_F(Module, FunctionsThatAreNotAvailable) {
         expectRefused(OPTIX_ERROR_NOT_SUPPORTED, mention.c_str(),
                       raygenOf(std::string("call (%r1), ") + name + ", ();"));
     }
-    // In a function that no program calls it does no harm.
+    // It is harmless in a function that no program calls.
     expectGood(goodPtx() + ".func unused() { .reg .b32 %r<2>;\n"
                            "call (%r1), _optix_get_cluster_id, (); ret; }\n");
 }

@@ -274,7 +274,7 @@ TEST_P(MotionTest, GettersTellTheOptionsOfTheBuild) {
     }
 }
 
-// One structure or transform of each kind that moves, all around the same triangle.
+// One structure or transform of each kind with motion, all with the same triangle.
 struct WhatMoves {
     WhatMoves(OptixDeviceContext context, const LogRecord& log)
         : mesh({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2}), boxes({{-1, -1, 0, 1, 1, 2}}),
@@ -318,8 +318,8 @@ struct WhatMoves {
     std::vector<OptixTraversableHandle> handles;
 };
 
-// A pipeline without motion blur declares that nothing moves. What moves all the same is passed by,
-// and the log says so; with debug exceptions it is an invalid traversable.
+// A pipeline without motion blur declares that nothing moves. Its rays miss objects with motion,
+// and the log notes this; with debug exceptions such objects are invalid traversables.
 TEST_P(MotionTest, WithoutMotionBlurRaysPassByWhatMoves) {
     const std::unique_ptr<Rig> still = makeRig(false), checked = makeRig(false, true);
     const WhatMoves scene(context_, log_);
@@ -335,7 +335,7 @@ TEST_P(MotionTest, WithoutMotionBlurRaysPassByWhatMoves) {
         trace(*checked, handle, ray);
         EXPECT_NE(std::string::npos, log_.all().find("invalid traversable")) << log_.all();
     }
-    // Beside what moves the ray meets what does not.
+    // The ray hits the static object beside the moving one.
     const InstanceList both({instanceOf(scene.handles[0], identity(), 1),
                              instanceOf(scene.still.handle, translation(0, 0, 3), 2)});
     const Accel top = buildAccel(context_, log_, {both.input});

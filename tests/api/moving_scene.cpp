@@ -45,7 +45,7 @@ struct GasNode : MovingNode {
     }
 };
 
-// The reference's idea of T * R * S.
+// T * R * S of the reference.
 Matrix64 srtMatrix(const double v[16]) {
     Matrix64 s;
     const double scale[12] = {v[0], v[1], v[2], v[3], 0, v[4], v[5], v[6], 0, 0, v[7], v[8]};
@@ -353,7 +353,7 @@ Nearest nearestOf(const std::vector<WorldTriangle>& triangles, const float origi
         cross(s, e1, q);
         cross(e1, e2, n);
         const double det = dot(e1, p);
-        // Seen from the side, rounding of vertices decides.
+        // For grazing rays, the rounding of vertices decides.
         const bool grazing = std::fabs(det) < 0.02 * std::sqrt(dot(n, n)) *
                                                   std::sqrt(double(dot(direction, direction)));
         if (det == 0)

@@ -35,7 +35,7 @@ struct WorldTriangle {
     unsigned primitive, instanceId;
 };
 
-// A node of a graph: the library's data, and the same for the reference.
+// A node of a graph, with the library's data and the reference's data.
 class MovingNode {
 public:
     virtual ~MovingNode() = default;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instructions that need a newer PTX or an architecture-specific target: a GPU that has them runs
-// them, other devices name the instruction and its line.
+// Instructions that need a newer PTX or an architecture-specific target: a GPU with these
+// instructions runs them; for other devices, the log names the instruction and its line.
 #include "device_memory.h"
 #include "rig.h"
 
@@ -56,8 +56,7 @@ TEST_F(NewerPtx, TargetsOfAnArchitecture) {
     EXPECT_EQ(1, found) << "the address that the program writes into the description";
 }
 
-// A fence of PTX 8.6, which LLVM 19 does not write and our table does not know, between a store and
-// a load.
+// A fence of PTX 8.6, which LLVM 19 and Sunstone's table lack, between a store and a load.
 TEST_F(NewerPtx, VersionsThatLlvmDoesNotWrite) {
     const std::string text =
         program(".version 8.6\n.target sm_90",

@@ -181,7 +181,7 @@ TEST_P(PayloadTypes, CodeForDebuggers) {
     runTwoTypes(program("payload_types_G"));
 }
 
-// Types are equal if their words are, with any numbers in the modules.
+// Types with equal words are equal, whatever their numbers in the modules.
 TEST_P(PayloadTypes, TypesOfTwoModules) {
     const std::string ptx = program("payload_types");
     OptixModule module = nullptr, other = nullptr;
@@ -297,7 +297,7 @@ TEST_P(PayloadTypes, BadPrograms) {
     refused(OPTIX_ERROR_INVALID_FUNCTION_USE, "__raygen__", entry("__raygen__r", types(1)), two);
 }
 
-// Each kind of program may do only what its two bits allow.
+// The two bits of a kind of program determine its access rights.
 TEST_P(PayloadTypes, SemanticsOfEveryKind) {
     struct Row {
         const char* name;

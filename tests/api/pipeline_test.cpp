@@ -239,7 +239,7 @@ TEST_F(Pipeline, ModulesMayCallEachOther) {
     OptixProgramGroup second = group(OPTIX_PROGRAM_GROUP_KIND_MISS, b, "__miss__a");
     ASSERT_OK(create({first, second}));
 
-    // Modules and groups may go before the launch: the pipeline owns its code.
+    // Modules and groups may be destroyed before the launch, because the pipeline owns its code.
     Buffer record(OPTIX_SBT_RECORD_HEADER_SIZE, OPTIX_SBT_RECORD_ALIGNMENT);
     ASSERT_OK(optixSbtRecordPackHeader(first, record.as<void>()));
     EXPECT_OK(optixModuleDestroy(a));

@@ -21,8 +21,8 @@ const char* runningTest(const char*& suite) {
     return test ? test->name() : "test)";
 }
 
-// Calls only async-signal-safe functions; tellFaults makes the first backtrace() of the process,
-// because that one allocates.
+// Calls only async-signal-safe functions. tellFaults makes the first call of backtrace(), because
+// the first call allocates.
 void tell(const char* what, int signal) {
     const char* suite = nullptr;
     const char* name = runningTest(suite);

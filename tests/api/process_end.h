@@ -11,18 +11,18 @@ namespace tests::api {
 // Exit status of a process that ends because its CUDA context is lost.
 constexpr int kContextLost = 70;
 
-// From now on faults of this process are reported, then end it as before.
+// After this call, faults of this process are reported before they end it.
 void tellFaults();
 
-// From now on a test that takes more seconds than the variable SUNSTONE_TEST_LIMIT of the
-// environment says is reported like a fault, and the process ends with the status of timeout(1).
+// After this call, a test that takes more seconds than the environment variable SUNSTONE_TEST_LIMIT
+// is reported like a fault, and the process ends with the status of timeout(1).
 void limitTests();
 constexpr int kTestHangs = 124;
 
 // The running test deliberately loses the context on a GPU.
 void mayLoseContext();
 
-// From now on `isLost` is called after each test: whether the context is lost.
+// After this call, the process ends after a test if `isLost` returns true: the context is lost.
 void endWithContext(bool (*isLost)());
 
 } // namespace tests::api

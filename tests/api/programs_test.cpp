@@ -161,8 +161,9 @@ TEST_P(Programs, RecursionToEveryDepth) {
     }
 }
 
-// On a GPU the stack must hold the spills of the driver's compiler, at every depth. With stack
-// overflow exceptions programs call each other there; without, they are cut at their traces.
+// On a GPU the stack must have room for the spills of the driver's compiler, at every depth. With
+// stack overflow exceptions programs call each other there; without them, programs are cut at their
+// traces.
 TEST_P(Programs, RecursionKeepsMuch) {
     constexpr unsigned kDepth = 31, kKept = 96, kIndices = 500;
     auto low = wall(0), high = wall(1);
@@ -200,9 +201,9 @@ TEST_P(Programs, RecursionKeepsMuch) {
     }
 }
 
-// On a GPU the lanes that an exception ends give back what their warp has claimed for deep rays:
-// else later launches would wait for it for ever. With motion warps meet in each step of their
-// walks, and must not wait there for lanes that have ended.
+// On a GPU, lanes that an exception ends must release the memory that their warp has claimed for
+// deep rays, because later launches would wait for it forever. With motion, warps meet in each
+// traversal step, and must not wait for lanes that have ended.
 TEST_P(Programs, ExceptionsEndDeepRecursion) {
     constexpr unsigned kDepth = 12, kIndices = 1000, kLaunches = 8;
     auto low = wall(0), high = wall(1);
@@ -231,7 +232,8 @@ TEST_P(Programs, ExceptionsEndDeepRecursion) {
 }
 
 TEST_P(Programs, RecursionBeyondTheLimitEnds) {
-    // Deeper than maxTraceDepth is undefined: here the trace returns and no program runs.
+    // Traces deeper than maxTraceDepth are undefined; in Sunstone the trace returns and no program
+    // runs.
     auto low = wall(0), high = wall(1);
     Accel accel = buildAccel(context_, log_, {low->input, high->input});
     auto r = rig("recursion", compileOptions(3));
@@ -416,7 +418,7 @@ TEST_P(Spheres, AnyHitFlags) {
     EXPECT_EQ(1u, trace({-3, 0, 0}, {1, 0, 0}, 0, 100, OPTIX_RAY_FLAG_DISABLE_ANYHIT).closestHits);
     EXPECT_EQ(0u, trace({-3, 0, 0}, {1, 0, 0}, 0, 100, OPTIX_RAY_FLAG_ENFORCE_ANYHIT).closestHits);
     EXPECT_EQ(1u, trace({-3, 0, 0}, {1, 0, 0}, 0, 100, OPTIX_RAY_FLAG_CULL_ENFORCED_ANYHIT).misses);
-    // Face culling concerns triangles only.
+    // Face culling applies only to triangles.
     ProbeResult r = trace({-3, 0, 0}, {1, 0, 0}, 0, 100,
                           OPTIX_RAY_FLAG_DISABLE_ANYHIT | OPTIX_RAY_FLAG_CULL_BACK_FACING_TRIANGLES);
     EXPECT_EQ(1u, r.closestHits);

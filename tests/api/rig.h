@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A pipeline with its shader binding table, made from the programs of one module, for tests that
-// run device code. Where a call fails that is not under test, helpers throw std::runtime_error with
+// run device code. If a call that is not under test fails, helpers throw std::runtime_error with
 // the log.
 #pragma once
 
@@ -13,8 +13,7 @@ namespace tests::api {
 // Throws with `what` and the log unless result is OPTIX_SUCCESS.
 void require(OptixResult result, const char* what, const LogRecord& log);
 
-// Waits until all queued work is done, with the means of this API alone: destroying a context
-// waits.
+// Waits for all queued work only with calls of this API: destroying a context waits.
 void waitForDevice();
 
 // The state behind a test's records: module, groups, pipeline, record data. Records keep the order

@@ -87,7 +87,7 @@ struct Ray {
     unsigned flags = 0;
 };
 
-// A triangle as the reference sees it, in object space.
+// A triangle of the reference, in object space.
 struct ReferenceTriangle {
     Vec3 v[3];
     unsigned primitive;
@@ -108,8 +108,8 @@ struct Crossing {
     unsigned primitive, sbtGasIndex, instance;
 };
 
-// All crossings that the rules let through (mask, interval, culling), nearest first; `ambiguous`:
-// rounding may decide otherwise (an edge, two equal distances, an end of the interval).
+// All crossings that pass the rules (mask, interval, culling), nearest first. `ambiguous`: rounding
+// may decide differently (an edge, two equal distances, an end of the interval).
 std::vector<Crossing> crossings(const std::vector<ReferenceInstance>& scene, const Ray& ray,
                                 bool& ambiguous);
 

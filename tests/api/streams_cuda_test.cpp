@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The API beside a CUDA driver library: the CUDA context of a device context, device memory, and
-// the order of launches and builds on streams. A separate program, because the other tests must not
-// load a CUDA library.
+// The API with a CUDA driver library: the CUDA context of a device context, device memory, and the
+// order of launches and builds on streams. This is a separate program, because the other tests must
+// not load a CUDA library.
 #include "device_memory.h"
 #include "launch.h"
 #include "rig.h"
@@ -114,7 +114,7 @@ protected:
         ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&seen_, kIndices * sizeof(LaunchSeen)));
         ASSERT_EQ(CUDA_SUCCESS, cuMemAlloc(&params_, sizeof(LaunchParams)));
         ASSERT_EQ(CUDA_SUCCESS, cuMemsetD8(seen_, 0, kIndices * sizeof(LaunchSeen)));
-        // Pinned: copies from ordinary memory may wait for the stream.
+        // Pinned memory, because copies from pageable memory may wait for the stream.
         ASSERT_EQ(CUDA_SUCCESS, cuMemAllocHost(&pinned_, 4096));
         values_ = new (pinned_) LaunchParams{};
         values_->seen = reinterpret_cast<LaunchSeen*>(seen_);
@@ -222,8 +222,8 @@ TEST_F(Streams, ManyStreamsAndPipelines) {
         EXPECT_EQ(101 * kLaunches, seen.runs);
 }
 
-// An application's use of a context, on several threads at once: modules, pipelines, builds,
-// launches, and settings.
+// Several threads use one context as an application does: modules, pipelines, builds, launches, and
+// settings.
 TEST_F(Streams, AllOfTheWorkOnSeveralThreads) {
     constexpr unsigned kThreads = 4, kRounds = 3;
     std::vector<std::thread> threads;
@@ -347,7 +347,7 @@ TEST_F(Streams, BuildsReturnBeforeTheyRun) {
     for (int round = 0; round < 2; ++round) { // kernels are loaded, memory is allocated
         Gate gate;
         ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(stream, Gate::wait, &gate));
-        std::thread opener([&] { // rather a failure than a test that hangs
+        std::thread opener([&] { // so that the test fails in place of hanging
             for (int i = 0; i < 100 && !gate.open; ++i)
                 std::this_thread::sleep_for(std::chrono::milliseconds(100));
             gate.open = true;
@@ -367,7 +367,7 @@ TEST_F(Streams, BuildsReturnBeforeTheyRun) {
     ASSERT_EQ(CUDA_SUCCESS, cuStreamSynchronize(stream));
     EXPECT_EQ(22u, first().record) << "the ray met the compacted triangle";
 
-    // Behind queued work a wrong call is found when the work runs.
+    // If the stream is busy, the error of a wrong call is found when the queued work runs.
     Gate gate;
     ASSERT_EQ(CUDA_SUCCESS, cuLaunchHostFunc(stream, Gate::wait, &gate));
     ASSERT_OK(optixAccelCompact(context_, stream, handle, compacted.address(), 256, &moved));
@@ -433,7 +433,7 @@ TEST_F(Streams, GraphsHoldBuildsAndLaunches) {
     EXPECT_FALSE(log_.hasError("", "")) << log_.all();
 }
 
-// With debug exceptions handles are looked up in graphs too, as they are when the graph runs.
+// With debug exceptions, graphs also look handles up, with their state when the graph runs.
 TEST_F(Streams, GraphsLookHandlesUp) {
     OptixPipelineCompileOptions options = compileOptions(1);
     options.exceptionFlags = OPTIX_EXCEPTION_FLAG_DEBUG;
@@ -514,8 +514,8 @@ TEST_F(Streams, MemoryThatIsNone) {
     cuMemFree(freed);
 }
 
-// Memory that is mapped piece by piece is one buffer; its contents may be moved elsewhere for a
-// while and return in other pieces.
+// Memory that is mapped in pieces is one buffer; its contents may be moved elsewhere and return in
+// other pieces.
 TEST_F(Streams, BuffersOfSeveralPieces) {
     CUmemAllocationProp properties{};
     properties.type = CU_MEM_ALLOCATION_TYPE_PINNED;

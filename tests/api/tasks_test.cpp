@@ -197,7 +197,7 @@ TEST_F(Tasks, FaultyTextFailsTheFirstTask) {
     EXPECT_OK(optixModuleDestroy(module_));
 }
 
-// Recursion through device functions shows only when the program is compiled.
+// Only compilation finds recursion through device functions.
 const char* const kFaultyProgram =
     ".func helper() {\n.reg .b32 %r<2>;\n.reg .b64 %rd<2>;\n"
     "call (%r1), _optix_get_launch_index_x, ();\nld.const.u64 %rd1, [params];\n"

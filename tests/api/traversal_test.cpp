@@ -244,8 +244,8 @@ protected:
         expectNear(&normal.x, s.worldNormal, 3, 1e-3f);
     }
 
-    // Each any-hit call must be of a crossing for which any-hit is enabled, with its distance as
-    // tmax, and each once (single any-hit calls are the rule for our triangles).
+    // Each any-hit call must belong to a crossing with any-hit enabled and have its distance as
+    // tmax, and each crossing has one call (these triangles require single any-hit calls).
     void judgeAnyHits(const std::vector<ReferenceInstance>& scene, const Query& q,
                       const std::vector<Crossing>& all, const ProbeResult& r,
                       unsigned launchIndex) {
@@ -460,7 +460,7 @@ TEST_P(Traversal, StrangeRaysMiss) {
         EXPECT_EQ(0u, r.closestHits);
         EXPECT_EQ(1u, r.misses);
     }
-    // An infinite tmax is a usual way to say "any distance".
+    // Applications often use an infinite tmax for any distance.
     interval.ray.tmax = inf;
     EXPECT_EQ(1u, trace({interval}, gas.handle)[0].closestHits);
 }

@@ -350,7 +350,7 @@ TEST_F(Attributes, MappedBuffersRefuseChanges) {
     fails(RT_ERROR_INVALID_VALUE, rtBufferSetDevicePointer(made, 9, data));
 }
 
-// A product of sizes that wraps around would be the size of a small block of memory.
+// A product of sizes that wraps around would be a small size.
 TEST_F(Attributes, SizesOfBuffersAfterTheirFormatFitIntoMemory) {
     RTbuffer made = nullptr;
     ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &made));

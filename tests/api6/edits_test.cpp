@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that an application edits between launches: what was wrong is forgotten, and what has
-// changed is seen.
+// Scenes that an application edits between launches: corrected errors disappear, and changes take
+// effect.
 #include "rays.h"
 
 #include "cuda.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Effects of functions that the other files do not show: a call that did nothing would fail here.
-// tests/coverage/classic proves it of all functions.
+// Effects of functions that other files do not test: a function without effect fails a test here.
+// tests/coverage/classic checks this for all functions.
 #include "rays.h"
 
 #include "optix_cuda_interop.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A context of OpenGL without a window, by EGL that is found at run time, and the functions of
-// OpenGL that tests call. Numbers are those of the enumerators of EGL and OpenGL.
+// An OpenGL context without a window, through EGL loaded at run time, and the OpenGL functions that
+// tests call. Numbers are those of the enumerators of EGL and OpenGL.
 #pragma once
 
 #include <cstddef>

@@ -49,7 +49,8 @@ TEST_F(GlBuffers, InputIsNotWrittenByLaunches) {
     EXPECT_EQ(read(glId, 16), std::vector<float>(16, 8.0f));
 }
 
-// OpenGL deletes a buffer that no program reads. A launch that copied it would fail.
+// OpenGL deletes a buffer that no program reads. A launch must not copy it, because the copy would
+// fail.
 TEST_F(GlBuffers, ThatProgramsCannotReachAreNotCopied) {
     const unsigned glId = glBuffer(std::vector<float>(16, 8.0f)), other = glBuffer<float>({1, 2});
     RTbuffer both = shared(RT_BUFFER_INPUT_OUTPUT, glId, RT_FORMAT_FLOAT4, 2, 2);
@@ -62,7 +63,7 @@ TEST_F(GlBuffers, ThatProgramsCannotReachAreNotCopied) {
     egl().DeleteBuffers(1, &other);
     ok(rtContextLaunch2D(context_, 1, 2, 2));
     EXPECT_EQ(read(glId, 16), std::vector<float>(16, 2.0f));
-    // With an id, programs may reach it.
+    // With an id, the buffer is reachable for programs.
     int id = 0;
     ok(rtBufferGetId(unread, &id));
     fails(RT_ERROR_INVALID_VALUE, rtContextLaunch2D(context_, 1, 2, 2));
@@ -400,7 +401,7 @@ TEST_F(WithoutGl, OtherObjectsShareNothing) {
     }
 }
 
-// In a process of its own, which has not loaded EGL.
+// Runs in a separate process, which has not loaded EGL.
 TEST_F(WithoutGl, CreationSaysSo) {
     GTEST_FLAG_SET(death_test_style, "threadsafe");
     EXPECT_EXIT(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests with a context of OpenGL by EGL; where there is none they are skipped.
+// Tests with an OpenGL context from EGL; without EGL they are skipped.
 #pragma once
 
 #include "egl.h"

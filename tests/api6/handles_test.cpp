@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every function of the headers with arguments that it must refuse: handles that are null, odd,
 // destroyed or of another class, and null in place of each other pointer. functions.inc names the
-// functions; arguments are made of their types. Calls that must work have tests of their own.
+// functions; the test creates arguments from their types. Other tests have the calls that must
+// succeed.
 #include "../main/forked_child.h"
 
 #include "optix.h"
@@ -79,7 +80,7 @@ constexpr bool isHandle = false;
 template <class T>
 constexpr bool isHandle<T*> = std::is_class_v<T> && !std::is_const_v<T>;
 
-// An argument of this type that is as good as types tell.
+// A plausible argument of this type.
 template <class T>
 T good(World& w) {
     if constexpr (std::is_same_v<T, RTobject>)
@@ -148,8 +149,8 @@ const std::vector<Function>& functions() {
     return all;
 }
 
-// The result for a context that is none. The manual lists RT_ERROR_INVALID_CONTEXT for functions
-// that make objects and for launches.
+// The result for an invalid context. The manual lists RT_ERROR_INVALID_CONTEXT for functions that
+// create objects and for launches.
 RTresult resultOfBadContext(const std::string& name) {
     static const std::set<std::string> listed = {
         "rtContextGetDeviceCount",  "rtContextGetDevices",         "rtContextValidate",
@@ -161,7 +162,8 @@ RTresult resultOfBadContext(const std::string& name) {
 
 class Handles : public ::testing::Test {
 protected:
-    // The result for a bad first argument; functions that are not available say so first.
+    // Checks the result for an invalid first argument; unavailable functions return their own error
+    // first.
     void expectRefused(const Function& f, void* handle, const char* what) {
         const bool isContext = f.first == std::type_index(typeid(RTcontext));
         const RTresult wanted =
@@ -200,7 +202,7 @@ TEST_F(Handles, NullOddAndDestroyedOnesAreRefused) {
 }
 
 TEST_F(Handles, NullInPlaceOfOtherPointersIsRefused) {
-    // The manual lets these be null, each with the number of the argument.
+    // Arguments that the manual allows to be null, with their numbers.
     static const std::set<std::pair<std::string, size_t>> allowed = {
         {"rtContextGetPrintLaunchIndex", 1},
         {"rtContextGetPrintLaunchIndex", 2},
@@ -220,7 +222,7 @@ TEST_F(Handles, NullInPlaceOfOtherPointersIsRefused) {
         // Ranks of mpirun have no users.
         {"rtRemoteDeviceCreate", 1},
         {"rtRemoteDeviceCreate", 2},
-        // Another argument is wrong first; attributes_test.cpp tries these.
+        // Another argument is checked first; attributes_test.cpp tests these.
         {"rtGlobalSetAttribute", 2},
         {"rtGlobalGetAttribute", 2},
         {"rtBufferSetDevicePointer", 2}};
@@ -239,7 +241,7 @@ TEST_F(Handles, NullInPlaceOfOtherPointersIsRefused) {
     EXPECT_GT(tried, 300u);
 }
 
-// The context of a dead object is not known: the text is not that of an earlier failure.
+// The context of a destroyed object is unknown, so the text is not that of an earlier failure.
 TEST_F(Handles, TextsOfDeadObjects) {
     RTbuffer buffer = nullptr;
     ASSERT_EQ(rtBufferCreate(world_.context, RT_BUFFER_INPUT, &buffer), RT_SUCCESS);
@@ -258,7 +260,7 @@ TEST_F(Handles, TextsOfDeadObjects) {
     EXPECT_NE(text().find("rtContextSetMaxTraceDepth"), std::string::npos) << text();
 }
 
-// The child of a fork has none of the threads on which the parent's objects depend.
+// A forked child lacks the threads of the parent's objects.
 TEST_F(Handles, EveryFunctionFailsInAForkedChild) {
     const auto othersInChild = [&] {
         int others = 0;

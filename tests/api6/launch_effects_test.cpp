@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What setters change for rays and lookups, where no other file shows it.
+// Effects of setters on rays and lookups that no other file tests.
 #include "rays.h"
 
 #include <array>
@@ -9,7 +9,7 @@ namespace {
 
 class LaunchEffects : public Rays {
 protected:
-    // Any-hit programs that have run for a ray to the structure.
+    // The number of any-hit programs that run for a ray through the structure.
     float anyHitsOf(RTgeometrygroup top) { return shoot(top)[1]; }
     RTmaterial counting() { return material("hit_head", "count_any"); }
     void aimAt(float x, float y) { ok(rtVariableSet3f(variable("ray_origin"), x, y, 10)); }

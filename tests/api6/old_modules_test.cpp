@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole tracers in PTX as compilers of their time wrote it: by the first CUDA compilers (PTX 1.4,
-// addresses of local variables as they are, `exit` at the end of programs), and by those of CUDA 4
-// to 8 (PTX 3.2, a depot for local variables, cvta before every access through a pointer).
+// local variables addressed by name, `exit` at the end of programs), and by those of CUDA 4 to 8
+// (PTX 3.2, a depot for local variables, cvta before every access through a pointer).
 #include "support.h"
 
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace sunstone::api6 {
 namespace {
 
-// Declarations that both have: variables, and what headers leave beside them.
+// Declarations that both texts have: a variable, and what the headers declare with it.
 std::string declared(const std::string& name, const std::string& declaration,
                      const std::string& semantic) {
     const std::string mangled = std::to_string(name.size()) + name + "E";

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// PTX as releases before 6 make it: texture lookups by id are calls that name the kind of lookup.
+// PTX of releases before 6: texture lookups by id are calls with the kind of lookup.
 #include "support.h"
 
 namespace sunstone::api6 {
 namespace {
 
-// A variable's description beside it, as headers of the API leave it.
+// A variable with its description, in the form of the API's headers.
 std::string described(const std::string& name, const std::string& type, unsigned bytes) {
     const std::string mangled = std::to_string(name.size()) + name + "E";
     return ".visible .global .align 4 ." + type + " " + name + ";\n" +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Post-processing stages (section 5.19): their variables, what they compute, errors.
+// Post-processing stages (section 5.19): their variables, results and errors.
 #include "post_support.h"
 
 namespace sunstone::api6 {
@@ -262,7 +262,7 @@ TEST_F(DenoiserStage, BlendsTheInputIn) {
     fails(RT_ERROR_INVALID_VALUE, rtCommandListExecute(listOf({made})), "blend");
 }
 
-// Colours without a limit: the result does not depend on the brightness of the whole.
+// Unlimited colours: the result does not depend on the brightness of the whole picture.
 TEST_F(DenoiserStage, FollowsTheBrightnessOfHighRange) {
     RTbuffer input = image(kWidth, kHeight), output = image(kWidth, kHeight);
     RTpostprocessingstage made = denoiser(input, output);

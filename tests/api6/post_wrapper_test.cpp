@@ -16,7 +16,7 @@ protected:
     optix::Buffer image(unsigned width, unsigned height) {
         return context_->createBuffer(RT_BUFFER_INPUT_OUTPUT, RT_FORMAT_FLOAT4, width, height);
     }
-    // The result of what a body throws; RT_SUCCESS if it throws nothing.
+    // The code of the exception that a body throws; RT_SUCCESS if it throws none.
     template <class Body>
     static RTresult thrownBy(const Body& body) {
         try {

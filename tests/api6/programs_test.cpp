@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What programs see: values of variables and their scopes, buffers, ids, exceptions, callables,
+// Features of programs: values of variables and their scopes, buffers, ids, exceptions, callables,
 // textures.
 #include "support.h"
 
@@ -217,7 +217,7 @@ TEST_F(Programs, ContextsKnowWhetherTheLastLaunchFailed) {
     setEntry("read_size");
     fails(RT_ERROR_VARIABLE_NOT_FOUND, rtContextLaunch1D(context_, 0, 1), "one_id");
     EXPECT_EQ(destroyed(), RT_SUCCESS) << "the scene was refused";
-    if (runsOnGpu()) // which a trap ends for the whole process
+    if (runsOnGpu()) // a trap there ends the whole process
         return;
     setEntry("trap");
     EXPECT_EQ(rtContextLaunch1D(context_, 0, 1), RT_ERROR_LAUNCH_FAILED);
@@ -324,7 +324,7 @@ TEST_F(Programs, CallablesByIdAndBound) {
     ok(rtVariableSet1i(variable("by_id"), ids[0]));
     ok(rtVariableSetObject(variable("list"), filled<int>(RT_FORMAT_PROGRAM_ID, {ids[0], ids[1]})));
     ok(rtVariableSet1f(variable("scoped"), 10));
-    // Bound programs see the scopes of their caller; those with ids see the context alone.
+    // Bound programs search the scopes of their caller; programs with ids only the context.
     RTprogram caller = program("call_programs");
     RTvariable own = nullptr, bound = nullptr;
     ok(rtProgramDeclareVariable(caller, "scoped", &own));

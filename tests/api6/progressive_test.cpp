@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Progressive launches and stream buffers: pictures, which calls end a launch, errors.
+// Progressive launches and stream buffers: pictures, calls that end a launch, errors.
 #include "support.h"
 
 #include <array>
@@ -38,7 +38,7 @@ protected:
     RTresult start(unsigned subframes) {
         return rtContextLaunchProgressive2D(context_, 0, kWidth, kHeight, subframes);
     }
-    // Waits until the stream shows so many subframes or more; the number that it shows.
+    // Waits until the stream has at least so many subframes; returns their number.
     unsigned waitFor(unsigned subframes) {
         const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
         unsigned count = 0;
@@ -496,8 +496,8 @@ TEST_F(Progressive, ThreadsMayLookWhileOthersChangeTheScene) {
     EXPECT_EQ(pixels(stream_)[0][2], toneMapped(0.9f));
 }
 
-// The result of a call that waits for the context while another thread destroys it: the destroying
-// thread has the context's lock until the subframe ends.
+// The result of a call that waits for the context while another thread destroys it. The destroying
+// thread holds the context's lock until the subframe ends.
 template <class Call>
 RTresult resultDuringDestruction(RTcontext context, const Call& call) {
     std::atomic<bool> begins{false};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What objects hold: each value that is set is read back, and values that the manual excludes are
-// refused and change nothing.
+// Properties of objects: each set value is read back, and values that the manual excludes are
+// refused without effect.
 #include "rays.h"
 
 #include <array>
@@ -11,7 +11,8 @@ namespace {
 
 class Properties : public Rays {
 protected:
-    // Sets each good value and reads it back; then each bad one, which leaves the last good one.
+    // Sets each valid value and reads it back; then sets each invalid value, which must not change
+    // the last valid one.
     template <class Object, class Value, class Given>
     void roundTrip(Object object, RTresult (*set)(Object, Given), RTresult (*get)(Object, Value*),
                    std::vector<Given> good, std::vector<Given> bad = {}) {

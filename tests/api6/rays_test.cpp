@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays: custom geometry with its programs, triangles, materials, any-hit control, groups,
-// transforms, masks, acceleration structures that are dirty or stale.
+// transforms, masks, dirty and stale acceleration structures.
 #include "rays.h"
 
 namespace sunstone::api6 {
@@ -171,7 +171,7 @@ TEST_F(Rays, GroupsThatShareAnAccelerationHaveTheirOwnChildren) {
         EXPECT_EQ(r[4], 12);
         ok(rtAccelerationMarkDirty(shared));
     }
-    // A group that was not in the graph when the other was built anew.
+    // A group that was not in the graph when the other was rebuilt.
     shoot(first);
     EXPECT_EQ(shoot(top, 2)[4], 12);
 }
@@ -392,7 +392,8 @@ protected:
         ok(rtTransformSetMotionKeys(made, 2, type, isSrt ? parts : matrices));
         return made;
     }
-    // Which of the rays at x = 0.25, 1.25 and so on hits, and where the object is; -1: none does.
+    // The number of the ray, among those at x = 0.25, 1.25 and so on, that hits the object; -1:
+    // none.
     int column(RTobject top, float time) {
         ok(rtVariableSet1f(variable("ray_time"), time));
         const std::vector<float> r = shoot(top, 8);

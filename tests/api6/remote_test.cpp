@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Remote devices where there is one rank, which is this machine: calls, errors, handles. ranks/ has
-// the tests with several ranks.
+// Remote devices with a single rank, this machine: calls, errors, handles. ranks/ has the tests
+// with several ranks.
 #include "support.h"
 
 #include <thread>

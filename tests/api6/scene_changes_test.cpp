@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Changes of a scene between launches: structures that are brought up to date must answer as new
-// ones do, and what is not dirty must stay as it was.
+// Changes of a scene between launches: updated structures must give the hits of new ones, and
+// structures that are not dirty must not change.
 #include "rays.h"
 
 #include <algorithm>
@@ -276,7 +276,7 @@ TEST_F(SceneChanges, MotionsThatAreTooDeepAreRefused) {
     }
 }
 
-// Builders cannot compute with the boxes that programs give to planes.
+// Programs return boxes for planes that exceed the builders' number range.
 TEST_F(SceneChanges, BoxesWithoutAnEnd) {
     RTgeometry endless = squares(1);
     ok(rtGeometrySetBoundingBoxProgram(endless, program("endless_bounds")));
@@ -355,7 +355,7 @@ TEST_F(SceneChanges, OfUnusedObjects) {
     EXPECT_EQ(scenesOf([&] { ok(rtGroupSetChild(top, 3, square_)); }), 1);
 }
 
-// Level 1 has errors, level 2 adds what is made anew, level 3 adds each launch.
+// Level 1 has errors, level 2 adds created objects, level 3 adds each launch.
 TEST_F(SceneChanges, UsageReportsHaveStatistics) {
     std::vector<std::pair<int, std::string>> texts;
     const auto callback = [](int level, const char* tag, const char* text, void* data) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of the classic API share: a context with the programs of programs.cu, a result
-// buffer, and short forms of calls. A call that fails where none may is a failure of the test with
-// the library's text.
+// Code that the tests of the classic API share: a context with the programs of programs.cu, a
+// result buffer, and short forms of calls. An unexpected failure of a call fails the test with the
+// library's text.
 #pragma once
 
 #include "optix.h"
@@ -47,7 +47,7 @@ protected:
         return text ? text : "";
     }
     void ok(RTresult code) { ASSERT_EQ(RT_SUCCESS, code) << textOf(code); }
-    // The call failed with this result, and the text holds the word.
+    // Checks that the call failed with this result, and that the text contains the word.
     void fails(RTresult wanted, RTresult code, const std::string& word = "") {
         EXPECT_EQ(wanted, code) << textOf(code);
         EXPECT_NE(textOf(code).find(word), std::string::npos) << textOf(code);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What existing programs rely on, beyond the sentences of the manual.
+// Behaviour that existing programs rely on and the manual does not state.
 #include "rays.h"
 
 #include <malloc.h>
@@ -83,7 +83,7 @@ TEST_F(Traps, ThousandsOfProgramsOfOneText) {
     EXPECT_EQ(shoot(group(children))[0], 300);
 }
 
-// An editor of programs has a new text for each change.
+// An application that edits programs creates a new text for each change.
 TEST_F(Traps, TextsOfDestroyedProgramsAreFreed) {
     const auto edit = [&](int first, int last) { // the most memory meanwhile
         size_t most = 0;
@@ -103,11 +103,11 @@ TEST_F(Traps, TextsOfDestroyedProgramsAreFreed) {
 TEST_F(Traps, RaysFiftyLevelsDeep) {
     ok(rtContextSetStackSize(context_, 3000));
     RTmaterial deep = paint("deeper", nullptr);
-    // On GPUs the stack has room for 16, and deeper rays end without a program.
+    // On GPUs the stack has room for 16 levels, and deeper rays end without a program.
     EXPECT_EQ(shoot(group({instance(shape(), {deep, deep})}))[1], runsOnGpu() ? 16 : 50);
 }
 
-// Each program looks into its own list of scopes, in order. Later scopes of the list are filled
+// Each program searches its own list of scopes, in order. The test fills later scopes of the list
 // first.
 TEST_F(Traps, ScopesOfHitProgramsAndShapes) {
     RTgeometry geometry = shape(1);
@@ -139,7 +139,7 @@ TEST_F(Traps, ScopesOfHitProgramsAndShapes) {
     expectNumbers(5, 6, 7);
 }
 
-// OptiXpp declares a variable where an application only looks for its value.
+// OptiXpp declares a variable when an application only queries its value.
 TEST_F(Traps, VariablesWithoutAValueHideNone) {
     RTmaterial each = paint("note_closest", "note_any");
     RTgeometryinstance child = instance(shape(1), {each});
@@ -294,7 +294,7 @@ TEST_F(Traps, ThrowReachesTheHandlerFromEveryProgram) {
     }
 }
 
-// Programs before release 6 name the payload so.
+// The name of the payload in programs before release 6.
 TEST_F(Traps, TheOldNameOfThePayload) {
     RTmaterial each = nullptr;
     ok(rtMaterialCreate(context_, &each));
@@ -337,7 +337,7 @@ TEST_F(Traps, VariablesAreIndexed) {
     EXPECT_EQ(shoot(group({instance(geometry, {paint("step_closest", nullptr)})}), 50000)[0], 3);
 }
 
-// Of an empty text, nvcc and clang leave what looks like a buffer.
+// In PTX of nvcc and clang, an empty string literal looks like a buffer.
 TEST_F(Traps, TextsAreNoBuffers) {
     for (const char* name : {"_$_str", "$str$1"}) {
         const std::string text =

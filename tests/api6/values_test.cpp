@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every setter and getter of plain values: what is set comes back by both getters and reaches
-// programs.
+// Every setter and getter of plain values: both getters return a set value, and programs read it.
 #include "support.h"
 
 #include <array>
@@ -18,7 +17,7 @@ protected:
         ok(rtBufferSetSize1D(numbers_, kNumbers));
         ok(rtVariableSetObject(variable("numbers"), numbers_));
     }
-    // What the program writes.
+    // The values that the program writes.
     std::vector<double> written(const std::string& name, size_t count) {
         RTprogram made = nullptr;
         ok(rtProgramCreateFromPTXString(context_, ptx("values.ptx").c_str(), name.c_str(), &made));
@@ -77,7 +76,7 @@ struct Functions {
 
 class Components : public Values {
 protected:
-    // Ten values: those of the variables of one, two, three and four components.
+    // Ten values, for the variables of one, two, three and four components.
     template <class T>
     void check(const Functions<T>& f, const std::string& letters, unsigned type, std::vector<T> a) {
         std::vector<RTvariable> v;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opacity micromaps through the API (OptiX 7.6, optixOpacityMicromapArray...): every rule about
-// arguments, broken one at a time; relocation, compaction and updates of arrays and structures; and
-// traversal. The combinations of states and flags are tested in ../reference and src/devlib.
+// Opacity micromaps through the API (OptiX 7.6, optixOpacityMicromapArray...): violations of every
+// rule about arguments, one at a time; relocation, compaction and updates of arrays and structures;
+// and traversal. The combinations of states and flags are tested in ../reference and src/devlib.
 #include "probe.h"
 #include "rig.h"
 #include "scene.h"
@@ -225,7 +225,7 @@ TEST_F(MicromapArguments, OfArrays) {
     }
 }
 
-// Broken rules that do no harm: a warning, an error in validation mode.
+// Harmless violations of rules: a warning, and an error in validation mode.
 TEST_F(MicromapArguments, HarmlessFaults) {
     const Buffer indices(64);
     for (const bool validation : {false, true}) {
@@ -291,7 +291,7 @@ TEST_F(MicromapArguments, SizesNeedNoBuffersAndGrow) {
     waitForDevice(); // the buffers end here
 }
 
-// Errors in the contents of buffers show when the stream reaches them.
+// Errors in the contents of buffers are detected in stream order.
 TEST_F(MicromapArguments, ContentsThatDoNotFitFailTheQueuedBuild) {
     const auto desc = [&](OptixOpacityMicromapDesc value) {
         Array bad;
@@ -387,7 +387,7 @@ TEST_F(MicromapArguments, OfBuildInputs) {
     waitForDevice();
 }
 
-// Memory that does not (or no longer) hold an array is an error of the queued build.
+// Memory without an array, or whose array was overwritten, is an error of the queued build.
 TEST_F(MicromapArguments, ArraysThatAreNoneFailTheQueuedBuild) {
     OptixBuildInput input = mesh_->input;
     useLinear(input, array_);
@@ -455,7 +455,7 @@ TEST_F(MicromapArguments, OfRelocations) {
                     relocate(&info, 0, size));
     log_.clear();
 
-    // The infos of arrays and of structures are not each other's.
+    // The relocation infos of arrays and of structures are not interchangeable.
     OptixBuildInput input = mesh_->input;
     useLinear(input, array_);
     const Accel gas = buildAccel(context_, log_, {input});
@@ -509,11 +509,11 @@ protected:
         rig_->link();
     }
 
-    // The number that the micromap of each triangle of a row shows; -1 where any-hit ran.
+    // The number in the micromap of each triangle of a row, found by rays; -1 if any-hit ran.
     std::vector<int> numbers(OptixTraversableHandle handle, unsigned count) {
         return numbersAt(handle, count, 0, 0);
     }
-    // The same at a time at which the row is `y` farther up.
+    // As numbers(), at a time at which the row is `y` higher.
     std::vector<int> numbersAt(OptixTraversableHandle handle, unsigned count, float time, float y) {
         const float inside[4][2] = {{0.1f, 0.1f}, {0.3f, 0.3f}, {0.8f, 0.1f}, {0.1f, 0.8f}};
         std::vector<ProbeRay> rays;
@@ -569,8 +569,8 @@ TEST_P(MicromapTraversal, PipelinesWithoutTheOptionDoNotLook) {
     EXPECT_EQ(numbers(gas.handle, 4), (Numbers{0, 1, 2, 3}));
 }
 
-// The inputs of an array may be freed, the array may move, the structure may be compacted, updated
-// and moved, and its vertices can still be queried.
+// After the inputs of an array are freed, the array is moved, and the structure is compacted,
+// updated and moved, its vertices can still be queried.
 TEST_P(MicromapTraversal, SurvivesEverythingThatCanBeDone) {
     makeRig();
     auto first = std::make_unique<Array>();
@@ -735,7 +735,7 @@ TEST_P(MicromapTraversal, UpdatesChangeMicromapsOnlyIfAllowed) {
     EXPECT_EQ(numbers(gas.handle, 2), (Numbers{0, 1}));
 }
 
-// Instances decide whether and how micromaps count; -1 where any-hit ran.
+// Instance flags decide whether and how micromaps apply; -1 if any-hit ran.
 TEST_P(MicromapTraversal, InstancesHaveFlagsForThem) {
     makeRig();
     Array array;

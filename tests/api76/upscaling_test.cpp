@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Denoisers of OptiX 7.5 and 7.6: upscaling kinds, their sizes, first frames, tiles, and all
-// reasons for an upscaling denoiser to refuse an image.
+// Denoisers of OptiX 7.5 and 7.6: upscaling kinds, their sizes, first frames, tiles, and all errors
+// of images for upscaling denoisers.
 #include "fixture.h"
 
 #include "optix_denoiser_tiling.h"

@@ -11,7 +11,7 @@
 
 namespace conformance {
 
-// Zeroed memory that processes forked later share. Ends the process where there is none.
+// Allocates zeroed memory that processes forked later share. Ends the process if there is none.
 void* shareMemory(size_t bytes);
 template <class T>
 T* share(size_t count) {
@@ -27,8 +27,8 @@ struct CaseOutcomes {
 // accepted it. Its results must be in shared memory.
 using CaseSetup = std::function<std::function<bool(size_t)>(const Driver&)>;
 
-// `names` of all cases; those without `only` in theirs stay pending. `workers` processes at once.
-// Ends the process if there is no device; `what` names the purpose for the message.
+// Runs the cases `names`, in `workers` processes at a time. Cases without `only` in their names
+// stay pending. Ends the process if there is no device; `what` names the purpose for the message.
 CaseOutcomes runCases(const std::vector<std::string>& names, const std::string& only,
                       unsigned workers, const char* what, const CaseSetup& setup);
 

@@ -59,7 +59,7 @@ double valueOf(FloatFormat format, uint64_t bits) {
     return bits >> (format.bits - 1) & 1 ? -value : value;
 }
 
-// Numbers between two others of a format; zeros of either sign are one.
+// The number of steps between two numbers of a format; both zeros are one number.
 double stepsBetween(FloatFormat format, uint64_t a, uint64_t b) {
     const auto place = [&](uint64_t bits) {
         const auto magnitude = double(magnitudeOf(format, bits));

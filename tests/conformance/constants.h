@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forms with constant operands: what a compiler computes or chooses for a constant has the result
-// of the same value read from memory, and its code can be linked.
+// Forms with constant operands: an instruction with a constant must have the result of the same
+// value read from memory, and its code must link.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace conformance {
 
 // Runs `count` forms, chosen by `seed`, whose names contain `only`; each with the values of one
 // vector in some of its operands, once as constants and once loaded. Forms of `gaps` may be
-// refused. Prints what differs; false if anything does.
+// refused. Prints differences; false if there are any.
 bool checkConstants(uint64_t seed, size_t count, const std::string& only);
 
 } // namespace conformance

@@ -12,7 +12,7 @@
 
 namespace conformance {
 
-// Prints and ends the process with `code`.
+// Prints the text and ends the process with `code`.
 [[noreturn]] void quit(int code, const std::string& text);
 
 #define CONFORMANCE_FUNCTIONS(X)                                                                   \
@@ -53,7 +53,7 @@ public:
     void clear(CUdeviceptr address, size_t size) const;
     // The device and its driver in one line.
     std::string describe() const;
-    // A symbol that must be there.
+    // A symbol that must exist.
     void* find(const char* name) const;
 
 private:

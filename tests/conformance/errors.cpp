@@ -160,8 +160,8 @@ bool isNormal(const Format& format, Real value) {
            std::fabs(value) <= format.largest;
 }
 
-// The same for every device: one bit pattern out of each of equal parts of all, and for the second
-// operand any.
+// The arguments are equal for every device: one bit pattern from each of equal parts of all
+// patterns, and a random pattern for the second operand.
 uint64_t argumentBits(const Format& format, unsigned operand, uint64_t index, uint64_t samples) {
     const uint64_t last = ~uint64_t(0) >> (64 - format.bits);
     const uint64_t step = std::max<uint64_t>(1, last / samples);

@@ -14,8 +14,8 @@ namespace conformance {
 // Vectors per form: threads of a launch, a multiple of 32.
 constexpr unsigned kVectors = 512;
 
-// How results compare. All rules but kExact take any NaN for any NaN, for that is where the manual
-// leaves the payload open; results it calls canonical NaN are compared by kExact.
+// The comparison of results. For all rules except kExact, all NaNs are equal, because the manual
+// leaves the payload open. Results that must be the canonical NaN use kExact.
 struct Rule {
     enum Kind : uint8_t {
         kExact,    // bit by bit
@@ -27,11 +27,12 @@ struct Rule {
     };
     Kind kind = kExact;
     double bound = 0;
-    // Vectors whose operand of this number is not within +-limit have no stated bound: skipped.
+    // Vectors are skipped if the operand of this number is outside +-limit, where the manual states
+    // no bound.
     int limited = -1;
     double limit = 0;
-    // A result whose rounding decides whether it is flushed may be zero or the least normal number:
-    // the manual does not specify whether before or after rounding.
+    // A result near the flush limit may be zero or the smallest normal number, because the manual
+    // does not specify whether flushing is before or after rounding.
     bool flushEdge = false;
 };
 
@@ -40,7 +41,7 @@ struct Rule {
 // past the end), lane (0..40), nth (-40..40), arg (floats of moderate size).
 // Types of outputs: p b8 b16 b32 b64 f16 bf16 f16x2 bf16x2 f32 f64.
 struct Output {
-    Output(const char* type) : type(type) {} // implicit: lists of types read better as text
+    Output(const char* type) : type(type) {} // implicit, so that lists of types are text
     Output(std::string type) : type(std::move(type)) {}
     Output(const char* type, Rule rule) : type(type), rule(rule) {}
     std::string type;
@@ -62,7 +63,7 @@ class Forms {
 public:
     // One form for each expansion of `pattern`, where {a|b|} means a, b or empty. `code`: the PTX
     // with @ (and a space) for the instruction; empty: "@ d0, a0, a1, ...;". `note` makes the name
-    // unique where one instruction is tried in several ways.
+    // unique if one instruction has several forms.
     void add(const std::string& pattern, const std::vector<std::string>& inputs,
              const std::vector<Output>& outputs, const std::string& code = "",
              const std::string& note = "");

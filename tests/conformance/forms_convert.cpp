@@ -8,7 +8,7 @@ namespace {
 
 const char* const kInts[] = {"u8", "s8", "u16", "s16", "u32", "s32", "u64", "s64"};
 
-// Registers that hold an integer: eight bits are in a register of sixteen.
+// The register type of an integer: 8-bit integers are in 16-bit registers.
 std::string inputOf(const std::string& type) {
     return type.ends_with("8") ? "i16" : "i" + type.substr(1);
 }
@@ -16,7 +16,7 @@ std::string outputOf(const std::string& type) {
     return type.ends_with("8") ? "b16" : "b" + type.substr(1);
 }
 
-// Whether every number of `from` is one of `to`.
+// Whether every number of type `from` is a number of type `to`.
 bool holds(const std::string& to, const std::string& from) {
     const int toBits = std::stoi(to.substr(1)), fromBits = std::stoi(from.substr(1));
     return to[0] == from[0] ? toBits >= fromBits : to[0] == 's' && toBits > fromBits;

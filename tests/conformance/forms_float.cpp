@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Forms of floating point arithmetic. Bounds of the .approx forms are those of the PTX ISA manual
-// for each implementation; two of them may be twice as far apart.
+// for one implementation, so two implementations may differ by twice the bound.
 #include "forms.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forms of loads, stores and atomics, each on memory of its thread.
+// Forms of loads, stores and atomics, each on its own thread's memory.
 #include "forms.h"
 
 namespace conformance {
@@ -139,7 +139,7 @@ void addWideAccesses(Forms& forms) {
     }
 }
 
-// Stack memory: its contents, its place, and its release.
+// Stack memory: its contents, its address, and its release.
 void addStack(Forms& forms) {
     forms.add("alloca.u64", {"i32", "i32"}, {"b32", "b32", "b64"},
               "@ u0, 48, 16; @ u1, 16; st.local.b32 [u0+44], a0; st.local.b32 [u1], a1; "

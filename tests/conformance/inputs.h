@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inputs of the vectors: edge values first, then random ones, the same on every machine.
+// Inputs of the vectors: edge values first, then random values, equal on every machine.
 #pragma once
 
 #include <cstdint>

@@ -105,7 +105,7 @@ public:
               const std::string& a, const std::string& c, const std::string& d) {
         const Fragment fa = wmmaFragment("a", s, a), fb = wmmaFragment("b", s, a);
         const Fragment fc = wmmaFragment("c", s, c), fd = wmmaFragment("d", s, d);
-        // Rows with gaps where there is room.
+        // Rows have gaps if there is room.
         const unsigned apart = rowA == rowB && bitsOf(a) >= 8 && a != "f64" ? 128 / bitsOf(a) : 0;
         const std::string rowD = rowA;
         std::string code =

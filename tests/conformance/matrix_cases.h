@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Conformance vectors of matrix instructions (mma, wmma, ldmatrix, stmatrix, movmatrix), which the
-// 32 lanes of a warp execute together. A case is one instruction, run by one warp for each of
-// kProblems contents of its matrices; matrix_run.cpp runs and compares them.
+// 32 lanes of a warp execute together. A case is one instruction; one warp runs it for each of
+// kProblems contents of its matrices. matrix_run.cpp runs and compares cases.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs matrix cases on the device, and stores and compares their results. A recording has a digest
-// of each problem's results, which is small and shows equality; with `whole`, for studies of how a
-// device computes, also the results.
+// Runs matrix cases on the device, and stores and compares their results. A recording has a small
+// digest of each problem's results, which shows equality; with `whole`, for studies of a device's
+// arithmetic, also the results.
 #pragma once
 
 #include "names.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contents of the matrices, the same on every machine. The problems show how products and sums are
-// aligned, cut and rounded: terms of similar and of very different size, sparse ones, subnormals,
-// infinities, overflow.
+// Contents of the matrices, equal on every machine. The problems reveal the alignment, truncation
+// and rounding of products and sums: terms of similar and of very different size, sparse matrices,
+// subnormals, infinities, overflow.
 #include "driver.h"
 #include "inputs.h"
 #include "matrix_cases.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels that run forms: thread i of a launch makes vector i of every form of the kernel.
+// Kernels that run forms: thread i of a launch computes vector i of every form of the kernel.
 #pragma once
 
 #include "forms.h"
@@ -26,7 +26,7 @@ struct ModuleText {
     size_t bytes = 0;
 };
 
-// Splits forms into lists that fit a module each: forms of one kernel read the same inputs.
+// Splits forms into lists, each for one module; forms of one kernel read the same inputs.
 std::vector<std::vector<size_t>> splitForms(const std::vector<Form>& forms,
                                             const std::vector<size_t>& numbers);
 ModuleText writeModule(const std::vector<Form>& forms, const std::vector<size_t>& numbers);

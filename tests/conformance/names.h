@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of names of forms and texture cases: gaps, and deviations with the difference that is
-// accepted.
+// Lists of names of forms and texture cases: gaps, and deviations with the accepted difference.
 #pragma once
 
 #include <map>
@@ -27,8 +26,8 @@ Deviations readDeviations(const std::string& file);
 // As written in the list.
 std::string lineOf(const std::string& name, const Deviation& deviation);
 
-// Ends the process where a selection is stale: `only` is part of none of `names`, or a list has an
-// entry for none of them.
+// Ends the process if a selection is stale: `only` is in none of `names`, or an entry of a list
+// matches none of them.
 void checkSelection(const std::vector<std::string>& names, const std::string& only,
                     const std::set<std::string>& gaps = {}, const Deviations& deviations = {});
 

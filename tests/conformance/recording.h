@@ -35,9 +35,9 @@ void save(const std::string& file, const std::vector<Form>& forms, const Results
 // Ends the process if the file is not a recording.
 Recording load(const std::string& file);
 
-// Recordings of cases of other kinds begin with lines, too: kind, number of cases and further data
-// of the kind; the device; then per case its status as a letter ('r' has results), the hash of all
-// its inputs, and its name.
+// The head of recordings of other kinds of cases, in lines: the kind, the number of cases and
+// further data of the kind; the device; then for each case its status as a letter ('r' has
+// results), the hash of all its inputs, and its name.
 struct CaseHead {
     struct Case {
         char status = '?';
@@ -48,7 +48,7 @@ struct CaseHead {
     std::vector<Case> cases;
     size_t end = 0; // where the results begin
 };
-// Ends the process if the file's bytes are of another kind.
+// Ends the process if the file is of another kind.
 CaseHead readHead(const std::string& bytes, const std::string& file, const char* kind);
 
 // One zstd frame around text and results, for recordings of other kinds too.

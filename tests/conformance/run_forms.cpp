@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // See run_forms.h. Workers are forked before the driver is loaded and take lists of forms from a
 // common counter; results are in memory shared by all. A failing list is halved until each failing
-// form is alone.
+// form is isolated.
 #include "run_forms.h"
 
 #include "case_processes.h"
@@ -146,7 +146,7 @@ runLists(World& world, const std::vector<std::vector<size_t>>& lists, unsigned w
             const int list = world.shared->current[i];
             if (WIFEXITED(state) && WEXITSTATUS(state) == 0)
                 continue;
-            if (list == kNone) // before its first list: for example no device
+            if (list == kNone) // before its first list, for example without a device
                 quit(WIFEXITED(state) ? WEXITSTATUS(state) : 1, "a worker could not start");
             failed.push_back(lists[size_t(list)]);
         }

@@ -99,25 +99,25 @@ private:
     }
 };
 
-// GPUs turn sRGB into linear light by a table of about nine bits.
+// GPUs convert sRGB to linear light by a table of about nine bits.
 constexpr double kSrgb = 0.004;
 
-// How far the texels of a format may be apart.
+// The range of the texels of a format.
 double rangeOf(const TextureFormat& format) {
     return format.kind == 'f' || format.kind == 'h'   ? 8
            : format.kind == 's' || format.kind == 'm' ? 2
                                                       : 1;
 }
 
-// Filters weigh in 1/256, which floats hold exactly; fractions and blocks are filtered in fewer
-// bits.
+// Filters have weights in 1/256, which floats represent exactly; fractions and blocks are filtered
+// with fewer bits.
 double bilinear(const TextureFormat& format) {
     if (format.kind == 'f' || format.kind == 'h')
         return 0;
     const bool signedBlock = format.value == 0x98 || format.value == 0x9a;
     return signedBlock ? 5e-5 : format.kind == 's' || format.kind == 'm' ? 2e-5 : 1e-5;
 }
-// Where weights are multiplied, devices may round the products otherwise: two units.
+// Devices may round products of weights differently: two units.
 double blended(const TextureFormat& format) {
     return rangeOf(format) * 2 / 256;
 }
@@ -196,7 +196,7 @@ void addAddressing(Cases& cases) {
                             filter(test, geometry == "3d" ? blended(format) : bilinear(format));
                     }
             }
-    // Not 1d: texel numbers of one-dimensional textures are for linear memory.
+    // Not 1d, because texel numbers of one-dimensional textures apply only to linear memory.
     for (const std::string geometry : {"2d", "3d", "a1d", "a2d"})
         cases.add("texel numbers", kFloat4, "tex." + geometry + ".v4.f32.s32");
 }
@@ -248,8 +248,8 @@ void addGradients(Cases& cases) {
                                           "tex.grad." + geometry + ".v4.f32.f32");
             test.levels = 4;
             normalize(test);
-            // Level and probes are the device's choice: an eighth of the range, but for few vectors
-            // (of their four words three are always zero).
+            // Devices choose level and probes: the bound is an eighth of the range, except for a
+            // few vectors (three of their four words are always zero).
             const bool plain = geometry != "cube" && anisotropy == 0;
             filter(test, 1.0);
             test.share = plain ? 0.004 : 0.05;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contents of textures and coordinates of reads, the same on every machine. See texture_cases.h.
+// Contents of textures and coordinates of reads, equal on every machine. See texture_cases.h.
 #include "inputs.h"
 #include "texture_cases.h"
 

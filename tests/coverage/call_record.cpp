@@ -41,7 +41,7 @@ void noteCall(const char* function, int result) {
     record().calls.emplace(function, result);
 }
 
-// Passes the sources of parts (modules of groups, groups of pipelines) on to the whole.
+// Adds the sources of a part (a module of a group, a group of a pipeline) to those of the whole.
 void join(const void* whole, const void* part) {
     auto found = record().sourcesOf.find(part);
     if (part && found != record().sourcesOf.end()) {
@@ -149,7 +149,7 @@ std::string fromTests(const std::string& path) {
     return at == std::string::npos ? path : path.substr(at);
 }
 
-// Writes the file of a test when it ends, and forgets for the next one. Only tests that pass count.
+// Writes the file of a test when it passes, and clears the record for the next test.
 class Writer : public testing::EmptyTestEventListener {
 public:
     explicit Writer(std::string folder) : folder_(std::move(folder)) {}
@@ -180,7 +180,7 @@ private:
     std::string folder_;
 };
 
-// Before main: the listener has to be there when the first test starts.
+// Runs before main, because the listener must exist when the first test starts.
 const bool gIsRecording = [] {
     const char* folder = std::getenv("SUNSTONE_CALL_RECORD");
     if (!folder || !*folder)

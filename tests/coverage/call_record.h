@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What test programs call, written down while they run: each host function with the results it
-// gave, and the device programs (.cu files) of pipelines that were launched.
-// tests/coverage/symbols.cpp turns the records into docs/symbols.md.
+// Records the calls of test programs: each host function with its results, and the device programs
+// (.cu files) of launched pipelines. tests/coverage/symbols.cpp turns the records into
+// docs/symbols.md.
 //
 // With the environment variable SUNSTONE_CALL_RECORD naming a folder, each test leaves one file
 // there, named after the test, with lines of
@@ -15,10 +15,10 @@
 namespace tests {
 
 // Puts a recording function before each function of g_optixFunctionTable. Call it after optixInit;
-// calling it again does no harm.
+// repeated calls are harmless.
 void recordCalls();
 
-// Names the source file that PTX text was compiled from.
+// Records the source file of a PTX text.
 void recordProgram(const std::string& ptx, const std::string& sourceFile);
 
 } // namespace tests

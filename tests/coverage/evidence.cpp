@@ -17,8 +17,8 @@ bool isWord(char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
 }
 
-// Words of a text and how often they occur. A word before "##" matches all words with that prefix,
-// and is kept with the sign.
+// Words of a text, with the number of their occurrences. A word before "##" matches all words with
+// that prefix, and is kept with the sign.
 std::map<std::string, int> wordsOf(const std::string& text) {
     std::map<std::string, int> words;
     for (size_t i = 0; i < text.size();) {
@@ -140,7 +140,8 @@ Evidence::Evidence(const fs::path& root, const std::vector<Symbol>& symbols)
     readHelpers();
 }
 
-// Sources that run in tests. Not: header checks that are only compiled, fuzzers, and this folder.
+// Reads a source that runs in tests. Excludes header checks that are only compiled, fuzzers, and
+// this folder.
 void Evidence::readSource(const fs::path& file) {
     std::string path = fs::relative(file, root_).generic_string();
     std::string extension = file.extension().string();
@@ -196,7 +197,7 @@ void Evidence::readRecords(const fs::path& records, const std::vector<fs::path>&
 }
 
 bool Evidence::runs(const std::string& path) {
-    // Programs of the header check and of samples are run by tests that leave no records.
+    // Tests without records run the programs of the header check and of samples.
     return path.starts_with("tests/headers/interop/") || path.starts_with("samples/");
 }
 
@@ -220,8 +221,8 @@ Files Evidence::deviceFunction(const std::string& name) const {
     return files;
 }
 
-// A field counts where its name occurs together with that of its structure, or with that of another
-// field of this structure's type.
+// A field counts if its name occurs together with the name of its structure, or with a field of
+// this structure's type.
 Files Evidence::field(const Symbol& symbol) const {
     size_t colons = symbol.name.find("::");
     std::string structure = symbol.name.substr(0, colons), name = symbol.name.substr(colons + 2);
@@ -240,7 +241,7 @@ Files Evidence::field(const Symbol& symbol) const {
     return files;
 }
 
-// Of a type: the evidence for its enumerators or fields.
+// The evidence for a type: that for its enumerators or fields.
 Files Evidence::members(const Symbol& symbol) const {
     Files files;
     for (const Symbol& other : symbols_) {
@@ -254,7 +255,8 @@ Files Evidence::members(const Symbol& symbol) const {
 }
 
 Files Evidence::filesFor(const Symbol& later) const {
-    // Of 7.6: by kind, but calls of its functions are not recorded.
+    // The evidence for symbols of 7.6 depends on their kind; calls of its functions are not
+    // recorded.
     Symbol symbol = later;
     if (symbol.kind.ends_with(" 7.6"))
         symbol.kind.resize(symbol.kind.size() - 4);

@@ -23,21 +23,22 @@ std::string readText(const std::filesystem::path& file); // throws if there is n
 std::vector<std::vector<std::string>> readRows(const std::filesystem::path& file);
 std::vector<Symbol> readSymbols(const std::vector<std::filesystem::path>& tables);
 
-// The text without comments and without the contents of strings.
+// Returns the text without comments and without the contents of strings.
 std::string withoutComments(const std::string& text);
 
 using Files = std::map<std::string, int>; // file of the project, how often it shows the symbol
 
 class Evidence {
 public:
-    // `records` of programs older than `programs` are left out: their tests may have been removed.
+    // Ignores `records` that are older than their programs, because their tests may have been
+    // removed.
     Evidence(const std::filesystem::path& root, const std::vector<Symbol>& symbols);
     void readRecords(const std::filesystem::path& records,
                      const std::vector<std::filesystem::path>& programs);
 
     // Files of tests that show the symbol at work; none if there is no test.
     Files filesFor(const Symbol& symbol) const;
-    // Results that a host function gave in tests, by name.
+    // The names of the results that a host function has returned in tests.
     std::set<std::string> resultsOf(const std::string& function) const;
 
 private:

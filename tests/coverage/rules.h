@@ -8,7 +8,7 @@
 
 namespace coverage {
 
-// Complains about functions without a rule, rows about other names, and tests that are not there.
+// Reports functions without a rule, rows with unknown names, and missing tests.
 void checkRules(const std::filesystem::path& root, const std::vector<Symbol>& symbols,
                 const std::function<void(const std::string&)>& complain);
 

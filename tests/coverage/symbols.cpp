@@ -159,7 +159,7 @@ public:
         }
     }
 
-    // The row as the tests prove it; of `oldFiles` those stay that still show the symbol.
+    // The row by the evidence of the tests. Keeps those of `oldFiles` that still show the symbol.
     Row rowOf(const Symbol& symbol, const std::vector<std::string>& oldFiles) {
         Row row;
         Files files = evidence_.filesFor(symbol);
@@ -168,7 +168,7 @@ public:
             if (isFunction && result != kNotForRoot)
                 row.results.insert(shortResult(result));
         if (const std::string* reason = reasonFor(symbol.name)) {
-            // Tests may name refused functions; they cannot call them with success.
+            // Tests may name refused functions, but cannot call them with success.
             bool isUntested = *reason == kUntested;
             row.state = isUntested ? "untested" : "missing: " + *reason;
             bool isCalled = isFunction || symbol.kind.starts_with("device function");
@@ -220,9 +220,10 @@ private:
     static constexpr size_t kFiles = 2;
     static constexpr size_t kShown = 10; // lines that differ: one more or fewer moves all behind it
     static constexpr const char* kUntested = "no test";
-    // No test run as root sees this result; the page must not depend on who runs the tests.
+    // Tests that run as root cannot get this result, and the page must not depend on the user.
     static constexpr const char* kNotForRoot = "OPTIX_ERROR_DISK_CACHE_PERMISSION_ERROR";
-    // Tests of the API first, samples last, then by the number of uses; names decide what is left.
+    // The order of files: tests of the API first, samples last, then by the number of uses, then by
+    // name.
     static std::tuple<bool, bool, int, std::string>
     rank(const std::pair<const std::string, int>& file) {
         return {!file.first.starts_with("samples/"), file.first.starts_with("tests/api"),

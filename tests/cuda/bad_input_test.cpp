@@ -112,7 +112,7 @@ TEST_F(BadInput, MappedMemory) {
     EXPECT_EQ(cuMemAddressFree(space, kUnit), CUDA_SUCCESS);
 }
 
-// Programs destroy an object and keep its handle; the next object may get the memory of the first.
+// A program may keep the handle of a destroyed object, whose memory the next object may get.
 TEST_F(BadInput, StaleHandles) {
     CUevent stale = nullptr, event = nullptr;
     ASSERT_EQ(cuEventCreate(&stale, 0), CUDA_SUCCESS);

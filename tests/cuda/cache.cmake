@@ -1,4 +1,4 @@
-# Kernels come from the disk cache the second time: -DPROGRAM= -DFOLDER= -DLIBRARIES=
+# The second run loads its kernels from the disk cache: -DPROGRAM= -DFOLDER= -DLIBRARIES=
 file(REMOVE_RECURSE ${FOLDER})
 foreach(round 1 2)
     execute_process(COMMAND ${CMAKE_COMMAND} -E env OPTIX_CACHE_PATH=${FOLDER} SUNSTONE_LOG=cuda:debug

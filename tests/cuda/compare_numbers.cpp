@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs a program and compares its output with a recording of a GPU, number by number:
 // compare_numbers PROGRAM EXPECTED. Numbers may differ by the filter's precision: 0.005 below 1,
-// else 0.65 % of the number, which is some two weights of 1/256. All other text must be equal.
+// else 0.65 % of the number, which is about two weights of 1/256. All other text must be equal.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -9,8 +9,8 @@
 
 namespace {
 
-// barrier: the word that %envreg1 and %envreg2 name counts the blocks, once for each round.
-// pair: thread 0 waits for thread 1 of its block, which runs later in every order of execution.
+// barrier: the word at the address in %envreg1 and %envreg2 counts the blocks, once for each round.
+// pair: thread 0 waits for thread 1 of its block, which starts later in every order of execution.
 const char* const kText = R"(.version 7.0
 .target sm_70
 .address_size 64
@@ -181,7 +181,7 @@ TEST_F(Cooperative, ThreadsOfABlockMayWaitByReading) {
     EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
 }
 
-// A thread that ends early ends alone, at any place in the block.
+// The early end of a thread does not affect other threads, whatever its place in the block.
 TEST_F(Cooperative, ThreadsThatExitLeaveTheOthers) {
     CUfunction leave = nullptr;
     ASSERT_EQ(cuModuleGetFunction(&leave, module, "leave"), CUDA_SUCCESS);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions that device code calls, with bad arguments: the launch fails, and the process goes on
-// with all that it had. The kernels run thread by thread, with barriers on fibers.
+// Functions that device code calls, with bad arguments: the launch fails, and the process continues
+// with all its resources. The kernels run thread by thread, with barriers on fibers.
 #include <cuda.h>
 #include <gtest/gtest.h>
 

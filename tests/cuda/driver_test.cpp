@@ -13,7 +13,7 @@ namespace {
 
 template <class T>
 T garbage() {
-    // No user address on x86-64; low ones may be mapped (by sanitizers, for one).
+    // Not a user address on x86-64; low addresses may be mapped (for example by sanitizers).
     return reinterpret_cast<T>(uintptr_t(0xdeadbeefdeadbee8));
 }
 
@@ -76,7 +76,7 @@ int attributeOf(CUdevice_attribute attribute) {
     return value;
 }
 
-// Programs refuse an image that is larger than the device says it can be.
+// Programs refuse images above the limits that the device reports.
 TEST_F(Driver, ImageLimits) {
     for (int a = CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE1D_WIDTH;
          a <= CU_DEVICE_ATTRIBUTE_MAXIMUM_TEXTURE2D_LAYERED_LAYERS; ++a)
@@ -330,7 +330,7 @@ TEST_F(Driver, StreamsAreOrderedAndAsynchronous) {
     EXPECT_EQ(cuStreamCreate(&stream, 7), CUDA_ERROR_INVALID_VALUE);
 }
 
-// A copy of pageable memory returns when the application may write there again.
+// A copy of pageable memory returns only when the application may write to the memory again.
 TEST_F(Driver, PageableMemoryIsFreeAfterAnAsynchronousCopy) {
     constexpr size_t kCount = 1000;
     std::atomic<int> count{0};
@@ -349,7 +349,7 @@ TEST_F(Driver, PageableMemoryIsFreeAfterAnAsynchronousCopy) {
     EXPECT_EQ(cuStreamDestroy(stream), CUDA_SUCCESS);
 }
 
-// Contexts do not end before it is done either, because it may use their memory.
+// Contexts also wait for the work of destroyed streams, because it may use their memory.
 TEST_F(Driver, WorkOfDestroyedStreamsIsWaitedFor) {
     std::atomic<int> count{0};
     for (const bool ends : {false, true}) {

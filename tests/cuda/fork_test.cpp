@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Children of fork: in a child of a process that has initialised CUDA every call fails at once, as
-// on a GPU's driver; a child of a process that has not may initialise it.
+// Children of fork: if the parent has initialised CUDA, every call in the child fails at once, as
+// with a GPU's driver; otherwise the child may initialise it.
 #include <cuda.h>
 #include <gtest/gtest.h>
 
@@ -20,13 +20,14 @@ namespace {
 
 using tests::inChild;
 
-// Functions that need no initialisation: an H200's driver (580) serves them in a child.
+// Functions that need no initialisation: a GPU's driver (580, H200) executes them in a child.
 bool needsNothing(const std::string& name) {
     return name == "cuGetErrorName" || name == "cuGetErrorString" || name == "cuDriverGetVersion" ||
            name == "cuGetProcAddress" || name == "cuThreadExchangeStreamCaptureMode";
 }
 
-// Calls all functions with zeros for arguments; returns how many do not say "not initialised".
+// Calls all functions with zeros as arguments; returns the number of results other than "not
+// initialised".
 int callAll() {
     using Function =
         int (*)(void*, void*, void*, void*, void*, void*, void*, void*, void*, void*, void*, void*);
@@ -65,7 +66,7 @@ protected:
         EXPECT_EQ(cuCtxSetCurrent(nullptr), CUDA_SUCCESS);
         EXPECT_EQ(cuDevicePrimaryCtxRelease(0), CUDA_SUCCESS);
     }
-    // How many of the calls on the parent's objects do not say "not initialised".
+    // The number of calls on the parent's objects with a result other than "not initialised".
     int useObjects() const {
         CUdeviceptr made = 0;
         const CUresult results[] = {cuInit(0),

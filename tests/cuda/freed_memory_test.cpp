@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Late accesses to freed memory, by kernels, copies, graphs and waits of streams: they end with
+// Late accesses to freed memory by kernels, copies, graphs and waits of streams return
 // CUDA_ERROR_ILLEGAL_ADDRESS, the log names the freed allocation, and the process continues.
 #include <cuda.h>
 #include <gtest/gtest.h>
@@ -67,7 +67,8 @@ protected:
             cuLaunchKernel(kernel, 1, 1, 1, 1, 1, 1, 0, nullptr, params, nullptr);
         return result ? result : cuCtxSynchronize();
     }
-    // `access` fails, the log says "use after free" and `mention`, and the context is replaced.
+    // Checks that `access` fails and that the log has "use after free" and `mention`; then replaces
+    // the context.
     void expectLate(const std::string& mention, const std::function<CUresult()>& access) {
         SCOPED_TRACE(mention);
         testing::internal::CaptureStderr();
@@ -141,7 +142,8 @@ TEST_F(FreedMemory, OfTheSameStream) {
     });
 }
 
-// What threads made since has other addresses: nothing of the process is overwritten.
+// Allocations that threads have made since have other addresses, so no memory of the process is
+// overwritten.
 TEST_F(FreedMemory, IsNoOthersMemory) {
     constexpr size_t kSize = size_t(1) << 20;
     std::vector<CUdeviceptr> all(100);
@@ -208,7 +210,7 @@ TEST_F(FreedMemory, OfGraphs) {
     }
 }
 
-// A copy of host memory that the device's freed memory was, and words that streams write.
+// Copies of freed device memory as host memory, and words that streams write.
 TEST_F(FreedMemory, OfCopiesAndWords) {
     CUdeviceptr memory = 0, live = 0;
     ASSERT_EQ(cuMemAlloc(&memory, 256), CUDA_SUCCESS);

@@ -173,7 +173,7 @@ TEST_F(Graphs, LegacyStreamAndBlockingCapture) {
     EXPECT_EQ(status(blocking), CU_STREAM_CAPTURE_STATUS_INVALIDATED);
     CUgraph graph = nullptr;
     EXPECT_EQ(cuStreamEndCapture(blocking, &graph), CUDA_ERROR_STREAM_CAPTURE_INVALIDATED);
-    // A stream that is destroyed takes its capture along.
+    // Destroying a stream ends its capture.
     ASSERT_EQ(cuStreamBeginCapture(blocking, CU_STREAM_CAPTURE_MODE_GLOBAL), CUDA_SUCCESS);
     EXPECT_EQ(cuStreamDestroy(blocking), CUDA_SUCCESS);
     EXPECT_EQ(cuStreamSynchronize(nullptr), CUDA_SUCCESS);
@@ -227,7 +227,7 @@ TEST_F(Graphs, EventsForkAndJoin) {
     EXPECT_EQ(cuStreamEndCapture(second, &graph), CUDA_ERROR_STREAM_CAPTURE_INVALIDATED);
     endInvalid();
 
-    // Marks for the world outside are nodes; a launch sets them.
+    // External events are nodes; a launch records them.
     ASSERT_EQ(cuStreamBeginCapture(stream, CU_STREAM_CAPTURE_MODE_GLOBAL), CUDA_SUCCESS);
     EXPECT_EQ(cuStreamWaitEvent(stream, outside, CU_EVENT_WAIT_EXTERNAL), CUDA_SUCCESS);
     EXPECT_EQ(cuLaunchHostFunc(stream, increment, &calls), CUDA_SUCCESS);
@@ -297,7 +297,7 @@ TEST_F(Graphs, BuiltByHand) {
     EXPECT_EQ(word(256 + 7), 5u);
     EXPECT_EQ(calls, 1);
 
-    // Nodes of the child as the outer graph owns them can be changed and switched off.
+    // Nodes of the outer graph's copy of the child can be changed and disabled.
     CUgraph inner = nullptr;
     ASSERT_EQ(cuGraphChildGraphNodeGetGraph(child, &inner), CUDA_SUCCESS);
     count = 8;
@@ -315,7 +315,7 @@ TEST_F(Graphs, BuiltByHand) {
     EXPECT_EQ(word(256 + 7), 9u);
     EXPECT_EQ(calls, 1);
 
-    // Another shape cannot be taken over.
+    // An update with another shape is refused.
     CUgraphExecUpdateResultInfo info = {};
     EXPECT_EQ(cuGraphExecUpdate(exec, graph, &info), CUDA_ERROR_GRAPH_EXEC_UPDATE_FAILURE);
     EXPECT_EQ(info.result, CU_GRAPH_EXEC_UPDATE_ERROR_TOPOLOGY_CHANGED);
@@ -358,8 +358,8 @@ TEST_F(Graphs, MemoryOfACapture) {
     EXPECT_EQ(cuMemsetD8(scratch, 0, 1), CUDA_ERROR_INVALID_VALUE); // destroyed with its graph
 }
 
-// Device code that fails in a graph fails its context; the executable graph can still be destroyed,
-// and graphs made after a reset run.
+// Failing device code in a graph breaks its context; the executable graph can still be destroyed,
+// and graphs created after a reset run.
 TEST_F(Graphs, Faults) {
     const char* const text = R"(.version 7.0
 .target sm_60

@@ -108,7 +108,7 @@ std::vector<char> container(const std::string& text) {
     return bytes;
 }
 
-// Work belongs to the context of its stream, whether that or another one is current.
+// Work belongs to the context of its stream, whichever context is current.
 TEST_F(Launch, StreamsBringTheirContext) {
     constexpr char kTrap[] = ".version 7.0\n.target sm_60\n.address_size 64\n"
                              ".visible .entry fail() { trap; ret; }\n";
@@ -158,8 +158,8 @@ TEST_F(Launch, TextRuns) {
               CUDA_ERROR_INVALID_HANDLE);
 }
 
-// Writes to unmapped memory, alone and from threads that have met at a barrier: an illegal address,
-// and the process and the next launch continue.
+// Writes to unmapped memory, by a single thread and by threads that have met at a barrier, return
+// an illegal address; the process and the next launch continue.
 TEST_F(Launch, WildAddressesAreErrors) {
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
@@ -214,7 +214,7 @@ const char* const kFaults = R"(.version 7.0
 }
 )";
 
-// A trap says which thread of which block, and the line.
+// The log of a trap has the block, the thread and the line.
 TEST_F(Launch, TrapsNameTheirPlace) {
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
@@ -240,8 +240,8 @@ TEST_F(Launch, TrapsNameTheirPlace) {
     }
 }
 
-// A failure stays with the context: every call that needs it returns the same code, on any stream
-// and thread; later queued work does not run; a reset restores the context.
+// The context keeps a failure: every call that needs the context returns the same code, on any
+// stream and thread; later queued work does not run; a reset restores the context.
 TEST_F(Launch, FailuresStayWithTheContext) {
     CUdeviceptr out = 0;
     ASSERT_EQ(cuMemAlloc(&out, 64), CUDA_SUCCESS);
@@ -285,7 +285,7 @@ TEST_F(Launch, FailuresStayWithTheContext) {
         EXPECT_EQ(cuCtxSynchronize(), CUDA_ERROR_LAUNCH_FAILED);
     }).join();
 
-    // Another context is well.
+    // Another context works.
     CUcontext other = nullptr;
     ASSERT_EQ(cuCtxCreate(&other, nullptr, 0, 0), CUDA_SUCCESS);
     EXPECT_EQ(cuMemAlloc(&more, 4), CUDA_SUCCESS);
@@ -372,7 +372,8 @@ TEST_F(Launch, FatBinaryRunsAndDamageIsFound) {
     EXPECT_EQ(cuModuleLoad(&module, "/no/such/file"), CUDA_ERROR_FILE_NOT_FOUND);
 }
 
-// Images have no size: reading stops before mapped but unreadable memory, as allocators leave it.
+// Images have no size, so reading stops before mapped but unreadable memory, which allocators
+// create.
 TEST_F(Launch, ImagesThatEndWhereMemoryDoes) {
     constexpr size_t kPart = 1 << 16;
     void* const area =
@@ -397,7 +398,7 @@ TEST_F(Launch, ImagesThatEndWhereMemoryDoes) {
     EXPECT_EQ(munmap(area, 2 * kPart), 0);
 }
 
-// Memory beyond a gap belongs to others, also where a size in a header leads there.
+// Memory beyond a gap does not belong to the image, even if a size in a header extends there.
 TEST_F(Launch, ImagesEndAtGaps) {
     constexpr size_t kPart = 1 << 16;
     void* const area =
@@ -537,7 +538,7 @@ TEST_F(Launch, SmallLaunchesAreCheap) {
     CUfunction nothing = nullptr;
     ASSERT_EQ(cuModuleLoadData(&module, kText), CUDA_SUCCESS);
     ASSERT_EQ(cuModuleGetFunction(&nothing, module, "nothing"), CUDA_SUCCESS);
-    // The best of many short rounds: where other programs run as well, some are not interrupted.
+    // The best of many short rounds, because other programs interrupt only some of them.
     constexpr int kLaunches = 20, kRounds = 300;
     double best = 1e9;
     for (int round = 0; round < kRounds; ++round) {

@@ -249,7 +249,7 @@ TEST_F(StreamMemory, StreamsWaitForEachOther) {
     EXPECT_EQ(cuStreamDestroy(other), CUDA_SUCCESS);
 }
 
-// Runtimes unload their modules when a process ends, which waits for all streams.
+// At the end of a process, runtimes unload their modules, which waits for all streams.
 TEST_F(StreamMemory, AWordThatNeverComesLetsTheProcessEnd) {
     testing::GTEST_FLAG(death_test_style) = "threadsafe";
     EXPECT_EXIT(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels whose threads run a warp at a time, against the same kernels thread by thread.
+// Compares kernels that run a warp at a time with the same kernels thread by thread.
 #include <cuda.h>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -111,8 +111,8 @@ protected:
             *result = cuCtxSynchronize();
         return out;
     }
-    // Runs all kernels of a file both ways, in the first shapes. way: "lockstep" or "runs", which
-    // decides how the kernels are compiled.
+    // Runs all kernels of a file both ways, in the first shapes. way: "lockstep" or "runs", the
+    // form of compilation.
     void compareBoth(const char* path, const char* way, size_t shapes = std::size(kShapes)) {
         setenv("SUNSTONE_KERNELS", way, 1);
         std::ifstream file(path);
@@ -160,7 +160,7 @@ TEST_F(Lockstep, LeavesTheSameWhereSubnormalsAreFlushed) {
     compareBoth(FLUSHED_PTX, "runs", 2);
 }
 
-// Indices that follow one another but for a jump by 2^32 are not taken for neighbours.
+// Indices that are consecutive except for a jump by 2^32 do not count as neighbours.
 TEST_F(Lockstep, IndicesMayWrap) {
     std::ifstream file(LOCKSTEP_PTX);
     const std::string text((std::istreambuf_iterator<char>(file)),
@@ -224,9 +224,9 @@ TEST_F(Lockstep, WhatLanesTakeOutOfLoops) {
         "A: ld.global.u32 %r9, [%rd3]; add.u64 %rd3, %rd3, 4; add.u32 %r6, %r6, 1;\n"
         "and.b32 %r7, %r9, 15; setp.ne.u32 %p1, %r7, %r5; setp.lt.u32 %p2, %r6, 500;\n"
         "and.pred %p1, %p1, %p2; @%p1 bra A;\n",
-        // Found or not: lanes that end the inner loop together, in different rounds of the outer
-        // one, reach one place in two ways. Computations in their heads prevent the rotation of the
-        // loops.
+        // Found or not: lanes that end the inner loop together, in different iterations of the
+        // outer loop, reach one place by two paths. Computations in their heads prevent the
+        // rotation of the loops.
         "and.b32 %r5, %r1, 7; mov.u32 %r6, 0; mov.u32 %r11, 1;\n"
         "A: " +
             longHead +
@@ -247,8 +247,8 @@ TEST_F(Lockstep, WhatLanesTakeOutOfLoops) {
         "selp.u32 %r9, 1, 2, %p2; add.u32 %r6, %r6, %r9; @%p1 bra B; @!%p2 bra A;\n"
         "mad.lo.u32 %r9, %r11, 7, %r9; bra C;\n"
         "B: add.u32 %r9, %r11, %r6; C: xor.b32 %r9, %r9, %r6;\n",
-        // A loop that threads enter again in each round of another, and meet in. Its rounds are
-        // counted in memory.
+        // Threads enter a loop again in each iteration of an outer loop, and meet in it. Its
+        // iterations are counted in memory.
         "mov.u32 %r5, %ctaid.x; mov.u32 %r6, %ntid.x; mad.lo.u32 %r5, %r5, %r6, %r1;\n"
         "mad.wide.u32 %rd4, %r5, 4, %rd2; mov.u32 %r6, 0; st.global.u32 [%rd4], %r6;\n"
         "A: mad.wide.u32 %rd3, %r6, 4, %rd1; ld.global.u32 %r7, [%rd3]; and.b32 %r7, %r7, 1;\n"
@@ -290,7 +290,7 @@ TEST_F(Lockstep, LanesThatHaveEndedAreReported) {
     };
     for (const char* way : {"lockstep", "single", "runs"})
         for (const Case& one : cases) {
-            // The report is made once for a name.
+            // The log has the report once per name.
             const std::string name = one.name + std::string(way);
             SCOPED_TRACE(name);
             CUmodule module = load(kernelText(name, one.body));
@@ -307,7 +307,7 @@ TEST_F(Lockstep, LanesThatHaveEndedAreReported) {
         }
 }
 
-// Programs that rely on warps in step, without warp functions. Each thread's result is %r9.
+// Programs that rely on lockstep without warp functions. Each thread's result is %r9.
 TEST_F(Lockstep, KernelsThatCountOnStepsHaveThem) {
     struct Case {
         const char* name;
@@ -323,9 +323,9 @@ TEST_F(Lockstep, KernelsThatCountOnStepsHaveThem) {
                                 "setp.ne.u32 %p1, %r1, 0; @%p1 bra A;\n"
                                 "atom.global.add.u32 %r6, [%rd4], 100;\nA:\n";
     const Case cases[] = {
-        // All lanes read a counter before lane 0 raises it.
+        // All lanes read a counter before lane 0 increments it.
         {"counter", counter, [](unsigned) { return 7u; }},
-        // Lane 31 clears a word that all lanes then set bits of.
+        // Lane 31 clears a word before all lanes set bits of it.
         {"cleared",
          "ld.param.u64 %rd4, [in]; setp.ne.u32 %p1, %r1, 31; @%p1 bra A;\n"
          "mov.u32 %r6, 0; st.global.u32 [%rd4], %r6;\nA: mov.u32 %r6, 1; shl.b32 %r6, %r6, %r1;\n"
@@ -388,9 +388,9 @@ TEST_F(Lockstep, KernelsOfWarpsThatRunByThreadAreReported) {
     }
 }
 
-// Code for a debugger keeps step where lanes exchange values through memory: volatile, in a
-// function that the kernel calls; by atomics; shared. With single threads a warning names the
-// kernel. Others stay as they are for the debugger.
+// Code for a debugger runs in lockstep if lanes exchange values through memory: volatile, in a
+// function that the kernel calls; by atomics; shared. With single threads, a warning names the
+// kernel. Other kernels keep their code for the debugger.
 TEST_F(Lockstep, KernelsForDebuggersKeepStepWhereLanesExchangeValues) {
     struct Case {
         const char* name;
@@ -471,7 +471,7 @@ TEST_F(Lockstep, ActiveLanesOfTheLastRound) {
     }
 }
 
-// Errors that end a launch end it either way.
+// Errors end a launch in both forms of the kernel.
 TEST_F(Lockstep, ErrorsAreTheSame) {
     struct Bad {
         const char* body;

@@ -231,7 +231,8 @@ TEST_F(Managed, FunctionsAreLoadedWhenTheyAreUsed) {
     EXPECT_EQ(cuFuncLoad(functions[0]), CUDA_ERROR_INVALID_HANDLE);
 }
 
-// Programs look up hundreds of kernels at their start.
+// Looking up a function does not compile it, because programs look up hundreds of kernels at their
+// start.
 TEST_F(Managed, LookingUpAFunctionDoesNotCompileIt) {
     constexpr char kText[] = ".version 7.0\n.target sm_60\n.address_size 64\n"
                              ".visible .entry a(.param .u32 x) { ret; }\n";

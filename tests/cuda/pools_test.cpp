@@ -53,7 +53,8 @@ TEST_F(Pools, CountWhatIsInUse) {
     EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
 }
 
-// An address that one thread has just freed may be another's allocation before the pool records it.
+// Another thread may allocate an address that one thread has just freed, before the pool records
+// the free.
 TEST_F(Pools, AddressesAreUsedAgain) {
     CUmemoryPool pool = nullptr;
     ASSERT_EQ(cuMemPoolCreate(&pool, &properties), CUDA_SUCCESS);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The runtime API where it depends on calls of the driver API beside it: errors that stay with a
-// context, and errors that do not.
+// The runtime API together with calls of the driver API: sticky errors of a context, and other
+// errors.
 #include "base/error.h"
 #include "device/cpu/stream.h"
 
@@ -27,7 +27,7 @@ protected:
     void SetUp() override { ASSERT_EQ(cudaDeviceReset(), cudaSuccess); }
     void TearDown() override { EXPECT_EQ(cudaDeviceReset(), cudaSuccess); }
 
-    // Device code that fails in the current context.
+    // Runs failing device code in the current context.
     static void failDeviceCode() {
         CUmodule module = nullptr;
         CUfunction function = nullptr;
@@ -52,8 +52,8 @@ TEST_F(Runtime, AnErrorOfDeviceCodeStaysAsLongAsItsContext) {
     EXPECT_EQ(cudaFree(nullptr), cudaSuccess);
 }
 
-// Older programs check the results of these calls, which have no effect on newer GPUs either. The
-// results are those of the toolkit's runtime with one H100, except for the stored setting.
+// Older programs check the results of these calls, which have no effect on newer GPUs. The results
+// are those of the toolkit's runtime with one H100, except for the stored setting.
 TEST_F(Runtime, SettingsOfOlderPrograms) {
     cudaSharedMemConfig config{};
     EXPECT_EQ(cudaDeviceSetSharedMemConfig(cudaSharedMemBankSizeEightByte), cudaSuccess);
@@ -106,7 +106,7 @@ TEST_F(Runtime, OtherContextsAreNotConcerned) {
     EXPECT_EQ(cudaGetLastError(), cudaErrorLaunchFailure);
 }
 
-// After a failed launch of ray tracing programs: an error of its stream, returned once.
+// A failed launch of ray tracing programs is an error of its stream, returned once.
 TEST_F(Runtime, AnErrorOfAStreamIsToldOnce) {
     cudaStream_t stream = nullptr;
     ASSERT_EQ(cudaStreamCreate(&stream), cudaSuccess);
@@ -317,7 +317,8 @@ TEST_F(Runtime, FunctionsOfTheDriverByName) {
     EXPECT_EQ(cudaFuncGetParamInfo(&number, 0, &offset, nullptr), cudaErrorInvalidDeviceFunction);
 }
 
-// They run after the objects of the main thread, its default stream among them, are destroyed.
+// Exit handlers run after the objects of the main thread, including its default stream, are
+// destroyed.
 TEST_F(Runtime, ExitHandlersHaveADefaultStreamOfTheirThread) {
     testing::GTEST_FLAG(death_test_style) = "threadsafe";
     static std::atomic<int> count = 0;
@@ -382,7 +383,7 @@ TEST(Forks, CallsOfChildrenFail) {
 #if !defined(__SANITIZE_ADDRESS__) && !__has_feature(address_sanitizer)
         std::exit(others); // with the handlers that unregister kernels
 #endif
-        _exit(others); // exit would look for leaks, among them the other threads' objects
+        _exit(others); // exit() would report the other threads' objects as leaks
     }
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);

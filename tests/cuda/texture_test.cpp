@@ -252,7 +252,7 @@ protected:
     CUdeviceptr out_ = 0;
 };
 
-// Compressed textures before arrays could hold blocks.
+// The form of compressed textures before arrays could have blocks.
 TEST_F(Views, BlocksInIntegers) {
     const CUarray array = makeArray({2, 1, 0, CU_AD_FORMAT_UNSIGNED_INT32, 2, 0});
     // BC1: two colours of 5, 6 and 5 bits, then two bits a texel. Red; then green, blue below.

@@ -126,7 +126,8 @@ TEST_F(Threads, LoadAndUnload) {
     });
 }
 
-// Each stream writes its word and waits for that of the next one, half of them in one batch.
+// Each stream writes its word and waits for the word of the next stream; half of the streams do so
+// in one batch.
 TEST_F(Threads, StreamsWaitForWordsInARing) {
     onAll([&](unsigned thread) {
         const CUdeviceptr mine = wordAt(thread), next = wordAt((thread + 1) % kThreads);
@@ -244,7 +245,8 @@ TEST_F(Threads, MakeAndDestroyContextsStreamsAndMemory) {
     });
 }
 
-// A thread's default stream may lie where a destroyed stream was, whose handle stays invalid.
+// A thread's default stream may have the address of a destroyed stream, whose handle must stay
+// invalid.
 TEST_F(Threads, DefaultStreamsHaveNoHandles) {
     std::thread([&] {
         ASSERT_EQ(cuCtxSetCurrent(context), CUDA_SUCCESS);
@@ -263,8 +265,8 @@ TEST_F(Threads, DefaultStreamsHaveNoHandles) {
     }).join();
 }
 
-// While one lives, the system can create no thread: the default stack is larger than the address
-// space.
+// During its lifetime, the system cannot create threads: the default stack is larger than the
+// address space.
 class NoThreads {
 public:
     NoThreads() {
@@ -322,7 +324,7 @@ TEST_F(Threads, StreamsAreDestroyedWithoutAThreadOfTheDefaultStream) {
     EXPECT_EQ(word(0), 0x03030303u);
 }
 
-// Changes of mapped memory wait for queued work, which may wait for a thread that calls meanwhile.
+// Changes of mapped memory wait for queued work, which may wait for another thread's call.
 TEST_F(Threads, ChangesOfMappedMemoryLetOtherThreadsCall) {
     constexpr size_t kUnit = size_t(2) << 20;
     CUmemAllocationProp properties = {};

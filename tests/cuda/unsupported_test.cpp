@@ -88,7 +88,7 @@ TEST(Unsupported, KernelsThatLaunchKernels) {
     cuDevicePrimaryCtxRelease(0);
 }
 
-// Instructions of clusters in a launch without clusters, where each block is one.
+// Instructions of clusters in a launch without clusters, in which each block is a cluster.
 TEST(Unsupported, BlocksAreClustersOfTheirOwn) {
     constexpr char kModule[] = R"(
 .version 8.0

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// User objects: their destructor runs once, after the last reference of the program, of a graph, of
-// its copies and executable forms and of launches in progress.
+// User objects: their destructor runs once, after the last reference is released by the program, a
+// graph, its copies and executable forms, and launches in progress.
 #include <cuda.h>
 #include <gtest/gtest.h>
 

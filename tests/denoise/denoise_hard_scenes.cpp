@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether denoising does harm: pictures of 1, 4, 16 and 64 samples of the hard scenes, denoised by
-// every kind, against references of 4,096 samples. A class of pixels that is further from its
-// reference than the input counts as worse. Fails if more are worse, or the mean gain is less, than
-// docs/denoiser.md says.
+// Measures whether denoising makes pictures worse: pictures of the hard scenes with 1, 4, 16 and 64
+// samples, denoised by every kind, against references of 4,096 samples. A class of pixels counts as
+// worse if it is further from its reference than the input. Fails if more classes are worse, or the
+// mean gain is less, than docs/denoiser.md states.
 //
 //   denoise_hard_scenes REFERENCES              six variants: the test
 //   denoise_hard_scenes REFERENCES --all        all variants
@@ -30,7 +30,7 @@ using sunstone::denoise::Model;
 constexpr uint32_t kSamples[] = {1, 4, 16, 64};
 constexpr uint32_t kReferenceSamples = 4096;
 constexpr size_t kLeastPixels = 40; // of a class
-// docs/denoiser.md has the figures; they may only get better.
+// docs/denoiser.md has the figures; they may only improve.
 constexpr double kMostWorse = 0.18, kLeastGain = 2.9;
 // Rounding of references and inputs, in squared units of the screen.
 constexpr double kSlack = 2e-6;
@@ -76,7 +76,7 @@ Picture decoded(const Picture& picture) {
     return result;
 }
 
-// Mean squared errors by class: as a screen shows the picture, and relative to the light.
+// Mean squared errors by class: of screen values, and relative to the light.
 struct Errors {
     double screen[kClassCount] = {}, relative[kClassCount] = {};
     size_t pixels[kClassCount] = {};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The denoiser's gain on path-traced scenes of 4 samples a pixel (samples/optix7/denoiser) for each
 // kind; its preservation of edges in the guides; the flicker of images of a moving camera. Prints
-// tables, and fails where a number falls short of docs/denoiser.md.
+// tables, and fails if a figure misses its limit in docs/denoiser.md.
 #include "arguments.h"
 #include "image_denoiser.h"
 #include "path_tracer.h"
@@ -26,8 +26,9 @@ struct Options {
     unsigned width = 320, height = 240, reference = 256, leastGain = 6;
 };
 
-// Two images of the same scene with independent noise. Their products with an image's errors give
-// the error without that noise, with far fewer samples than a clean reference needs.
+// Two images of the same scene with independent noise. The product of an image's differences from
+// both estimates its error without their noise, with far fewer samples than a clean reference
+// needs.
 struct Reference {
     Image halves[2], mean;
 };
@@ -72,7 +73,7 @@ public:
     }
     PathTracer& tracer() { return tracer_; }
 
-    // A noisy picture and its guides, and the same without noise.
+    // A noisy picture with its guides, and the picture without noise.
     NoisyImage noisy(unsigned seed) {
         tracer_.restart(seed);
         tracer_.addSamples(kSamples);
@@ -126,7 +127,7 @@ private:
     Image cleanAlbedo_, cleanNormal_;
 };
 
-// The input of LDR kinds: colours as a screen shows them. psnr() undoes it.
+// The input of LDR kinds: screen values. psnr() reverses the encoding.
 Image encoded(const Image& image, bool forth) {
     Image result = image;
     for (size_t i = 0; i < image.size(); ++i)
@@ -135,8 +136,8 @@ Image encoded(const Image& image, bool forth) {
     return result;
 }
 
-// Mean step from edge pixels to their right neighbours, against the reference's. One half of that
-// gives the direction, the other the distance, so that noise cancels out.
+// Mean step from edge pixels to their right neighbours, relative to the reference's. One half of
+// the reference determines the direction, the other the distance, so that noise cancels.
 double edgeContrast(const Image& image, const Reference& reference,
                     const std::vector<bool>& edges) {
     double own = 0.0, right = 0.0;
@@ -191,7 +192,7 @@ void measureKinds(OptixDeviceContext context, Stage& stage) {
             "contrast of edges", contrast);
 }
 
-// Root mean square of how the error changes from one frame to the next.
+// Root mean square of the change of the error from one frame to the next.
 double flicker(const Image& before, const Image& beforeReference, const Image& after,
                const Image& afterReference) {
     double sum = 0.0;

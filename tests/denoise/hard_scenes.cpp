@@ -222,7 +222,7 @@ Scene makeFaintLight() { // almost dark, with one bright object at its edge
     return s;
 }
 
-// Kept aside.
+// The held-out scenes, on which no constant was chosen.
 Scene makeNeon() {
     Scene s{.name = "neon"};
     Material tube;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes on which denoisers do harm: lamps with jittered edges, dark textures, hard shadows without
-// guides, thin objects, glowing patterns, light found by chance.
+// Scenes that denoisers can make worse: lamps with jittered edges, dark textures, hard shadows
+// without guides, thin objects, glowing patterns, light found by chance.
 #pragma once
 
 #include "small_tracer.h"
@@ -8,7 +8,7 @@
 namespace hard {
 
 constexpr unsigned kSceneCount = 16;
-// The filter's constants were chosen on the first scenes; the last ones were kept aside.
+// The filter's constants were chosen on the first scenes; the last scenes were held out.
 constexpr unsigned kTunedCount = 12;
 
 Scene makeScene(unsigned number);

@@ -11,7 +11,7 @@ namespace hard {
 
 constexpr uint32_t kWidth = 96, kHeight = 72;
 
-// A pixel may be in several.
+// A pixel may be in several classes.
 enum class Class : unsigned { kAll, kDark, kBright, kEdges, kTextures, kNearLamps, kCount };
 constexpr unsigned kClassCount = unsigned(Class::kCount);
 extern const std::array<const char*, kClassCount> kClassNames;
@@ -24,7 +24,7 @@ struct Reference {
 };
 
 Reference renderReference(const Scene& scene, uint32_t samples);
-// A file: for each pixel three halves and a byte of classes. Throw std::runtime_error.
+// The file has three halves and a byte of classes for each pixel. Both throw std::runtime_error.
 void saveReference(const Reference& reference, const std::string& path);
 Reference loadReference(const std::string& path);
 

@@ -101,7 +101,8 @@ Vec onSphere(Random& random) {
     return {r * std::cos(turn), r * std::sin(turn), z};
 }
 
-// Light of one lamp that a white diffuse surface reflects, from one direction into its cone.
+// The light of one lamp that a white diffuse surface reflects, estimated by one ray into the lamp's
+// cone.
 Vec direct(const Scene& scene, Vec origin, Vec normal, Random& random) {
     const size_t count = scene.lamps.size();
     const size_t chosen = std::min(size_t(random.next() * float(count)), count - 1);

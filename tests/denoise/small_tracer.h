@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A path tracer over a few spheres and rectangles: pictures with the noise of a renderer and guides
-// from the same jittered samples, cheap enough to make at every run of a test. hard_scenes.h has
-// the scenes.
+// A path tracer for a few spheres and rectangles. Its pictures have the noise of a renderer, and
+// guides from the same jittered samples. Each run of a test can afford to make them. hard_scenes.h
+// has the scenes.
 #pragma once
 
 #include "denoise/test_scene.h"
@@ -32,7 +32,8 @@ struct Sphere {
     Material material;
 };
 
-// Perpendicular to one axis (0 to 2) at `offset`; it spans the other two, in the order of the axes.
+// Perpendicular to one axis (0 to 2) at `offset`. The extents along the other two are in the order
+// of the axes.
 struct Rectangle {
     int axis;
     float offset;

@@ -63,8 +63,8 @@ bool agree(const Field& field, const Seen& a, const Seen& b) {
     return true;
 }
 
-// Attributes of triangles, and of curves their parameter, are numbers. All others are words: the
-// programs of custom primitives report integers, whose bits are tiny numbers.
+// The attributes of triangles and the parameter of curves are numbers. All others are words: the
+// programs of custom primitives report integers, whose bits would be tiny numbers.
 bool attributesAgree(const Seen& a, const Seen& b) {
     const bool isCurve = a.primitiveType >= OPTIX_PRIMITIVE_TYPE_ROUND_QUADRATIC_BSPLINE &&
                          a.primitiveType <= OPTIX_PRIMITIVE_TYPE_ROUND_CATMULLROM;
@@ -79,7 +79,8 @@ bool attributesAgree(const Seen& a, const Seen& b) {
     return true;
 }
 
-// How often two libraries differ in one thing, and a digest of where and of exact answers of ours.
+// How often two libraries differ in one field or answer, and a digest of the places and of our
+// exact answers.
 struct Difference {
     size_t count = 0;
     unsigned digest = 0x811C9DC5u;
@@ -97,7 +98,7 @@ struct Difference {
 };
 using Differences = std::map<std::string, Difference>;
 
-// The answers of the reference, `a`, and of Sunstone, `b`, to the ray of this index.
+// Compares the answers of the reference, `a`, and of Sunstone, `b`, to the ray of this index.
 void compareRay(const Seen& a, const Seen& b, unsigned index, Differences& differences) {
     if (a.outcome != b.outcome) {
         differences["outcome"].at(index, &b.outcome, sizeof b.outcome);
@@ -112,7 +113,7 @@ void compareRay(const Seen& a, const Seen& b, unsigned index, Differences& diffe
     for (const Field& field : kFields) {
         if (agree(field, b, a))
             continue;
-        // The last bits of numbers are no part of the digest.
+        // The digest leaves out the last bits of numbers.
         const char* const ours = reinterpret_cast<const char*>(&b) + field.offset;
         differences[field.name].at(index, ours, field.isNumber ? 0 : 4 * field.count);
     }
@@ -159,8 +160,8 @@ public:
             known_[name][what].push_back(one);
         }
     }
-    // What differs, and the forms it may have: that of the CPU, and that of the code for GPUs if it
-    // has another.
+    // For each name the differences that may occur: those on the CPU and, if they are others, those
+    // of the code for GPUs.
     using Listed = std::map<std::string, std::vector<Difference>>;
     Listed of(const std::string& name) const {
         const auto found = known_.find(name);
@@ -183,14 +184,14 @@ const Answer& answerOf(const std::vector<Answer>& answers, const std::string& na
     return found == answers.end() ? none : *found;
 }
 
-// As a line of the list, without the reason.
+// A line of the list, without the reason.
 std::string lineOf(const std::string& name, const std::string& what, const Difference& difference) {
     char text[40];
     std::snprintf(text, sizeof text, " %zu %08x", difference.count, difference.digest);
     return name + ' ' + what + text;
 }
 
-// Whether the differences of a case that both have run are those of the list, no more, no fewer.
+// Whether the differences of a case that both libraries have run are exactly those of the list.
 bool compareCase(const Answer& reference, const Answer& ours, const Known& known) {
     Differences differences;
     std::string told;

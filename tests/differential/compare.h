@@ -9,11 +9,10 @@
 
 namespace differential {
 
-// `cases`: names of the cases, of all `allCases`, that both libraries must have answered.
-// `differences`: a file with lines of case, difference, count, digest and reason (see
-// differences.txt). `missing`: names of cases that may fail to run ("differential." before the
-// case). Prints a line for each case. Returns true if the differences are exactly those of the
-// file.
+// `cases`: names of those of `allCases` that both libraries must have answered. `differences`: a
+// file with lines of case, difference, count, digest and reason (see differences.txt). `missing`:
+// names of cases that may fail to run ("differential." before the case). Prints a line for each
+// case. Returns true if the differences are exactly those of the file.
 bool compare(const std::vector<std::string>& cases, const std::vector<std::string>& allCases,
              const std::vector<Answer>& reference, const std::vector<Answer>& ours,
              const std::string& differences, const std::set<std::string>& missing);

@@ -13,8 +13,8 @@ namespace {
 
 // The request of a case. The driver's library takes the size of the groups, minus one, from bits 8
 // to 11 of the texture info, where the manual has the address mode of x and reserved bits, and the
-// size of the tile elsewhere. Cases are such that both mean the same: `granularity` numbers the
-// size of the tile, and `wrap` is (granularity + 1) % 4.
+// size of the tile elsewhere. In all cases both readings agree: `granularity` numbers the size of
+// the tile, and `wrap` is (granularity + 1) % 4.
 struct FootprintKind {
     unsigned width, height, levels;
     cudaTextureAddressMode wrap; // numbered as in the texture info
@@ -58,7 +58,7 @@ private:
 
 const char* const kForms[] = {"plain", "lod", "grad"};
 
-// Away from the edges, beyond which the driver's library continues counting.
+// Calls away from the edges, because the driver's library continues counting beyond them.
 std::vector<FootprintCall> randomCalls(const TestTexture& texture, const FootprintKind& kind,
                                        unsigned form, uint64_t seed) {
     Random random(seed);
@@ -72,7 +72,7 @@ std::vector<FootprintCall> randomCalls(const TestTexture& texture, const Footpri
         call.y = 0.5f + 0.3f * random.symmetric();
         const float last = float(kind.levels - 1);
         call.level = (last + 0.6f) * random.unit() - 0.3f;
-        // From a hundredth of a texel to a texel of the last level.
+        // Between a hundredth of a texel and a texel of the last level.
         const float length = std::exp2((last + 6.5f) * random.unit() - 6.5f),
                     ratio = random.unit(), a = random.symmetric(), b = std::sqrt(1 - a * a);
         call.dx[0] = length * a / float(kind.width);

@@ -75,7 +75,7 @@ void flags(const Lab& lab, Answer& answer) {
     answer.seen = lab.trace(withInstances(2, 6, "__anyhit__rule"), rays, top.handle);
 }
 
-// A static transform's 112 bytes on the device.
+// The 112 bytes of a static transform in device memory.
 struct Transform {
     DeviceBuffer memory;
     OptixTraversableHandle handle = 0;
@@ -84,7 +84,8 @@ Transform makeTransform(const Lab& lab, OptixTraversableHandle child, uint64_t s
     OptixStaticTransform transform = {};
     transform.child = child;
     randomMatrix(transform.transform, seed);
-    // The caller provides the inverse: of the upper 3 x 3 by cofactors, in double precision.
+    // The application provides the inverse: here by cofactors of the upper 3 x 3, in double
+    // precision.
     const float* m = transform.transform;
     const auto at = [&](int r, int c) { return double(m[4 * r + c]); };
     double inverse[9], det = 0;

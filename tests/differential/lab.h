@@ -26,7 +26,7 @@ private:
     uint64_t state_;
 };
 
-// Programs of one hit record.
+// The programs of one hit record.
 struct HitRecord {
     const char* closestHit = "__closesthit__triangle";
     const char* anyHit = nullptr;
@@ -74,7 +74,8 @@ private:
 };
 
 TestRay makeRay(const float origin[3], const float direction[3]);
-// From a cube of half the edge `spread` towards the middle; intervals and masks of all kinds.
+// Rays from a cube of half the edge `spread` towards its middle, with intervals and masks of all
+// kinds.
 std::vector<TestRay> randomRays(size_t count, float spread, uint64_t seed);
 OptixInstance makeInstance(OptixTraversableHandle child, uint64_t seed);
 void randomMatrix(float matrix[12], uint64_t seed);
@@ -85,7 +86,7 @@ struct Case {
 };
 const std::vector<Case>& allCases();
 
-// The parts of the list.
+// The parts of the list of cases.
 std::vector<Case> triangleCases();
 std::vector<Case> instanceCases();
 std::vector<Case> shapeCases();

@@ -48,7 +48,7 @@ private:
             result = std::to_string(int(call())); // names differ between versions
         answer_.text += std::string(name) + " " + result + "\n";
     }
-    // The result of computing the sizes of a changed input.
+    // The result of optixAccelComputeMemoryUsage with a changed input.
     template <class Change>
     void size(const char* name, Change change) {
         OptixBuildInput input = input_;

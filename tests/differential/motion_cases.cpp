@@ -69,7 +69,7 @@ void traceTransform(const Lab& lab, Answer& answer, std::vector<unsigned char>& 
 
 void matrices(const Lab& lab, Answer& answer, unsigned flags) {
     constexpr unsigned kKeys = 3;
-    // Room for two keys is in the structure.
+    // The structure itself has room for two keys.
     std::vector<unsigned char> bytes(sizeof(OptixMatrixMotionTransform) +
                                      (kKeys - 2) * 12 * sizeof(float));
     auto* transform = reinterpret_cast<OptixMatrixMotionTransform*>(bytes.data());

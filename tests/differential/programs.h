@@ -33,7 +33,7 @@ struct Seen {
     unsigned exceptionDetails[2];
 };
 
-// Actions of any-hit programs on a candidate.
+// What any-hit programs do with a candidate.
 enum Rule : unsigned {
     kAccept,
     kIgnoreOdd,     // odd primitives

@@ -18,8 +18,8 @@ struct Answer {
     std::string text;
 };
 
-// Throw std::runtime_error with the path where a file cannot be used. Files that end in .zst are
-// compressed.
+// Both throw std::runtime_error with the path if the file cannot be used. Files that end in .zst
+// are compressed.
 void write(const std::string& path, const std::vector<Answer>& answers);
 std::vector<Answer> read(const std::string& path);
 

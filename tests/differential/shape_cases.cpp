@@ -51,7 +51,7 @@ OptixMotionOptions motionOf(bool moves) {
     return motion;
 }
 
-// With motion, at times from before the first key to after the last.
+// With motion, the rays' times go from before the first key to after the last.
 std::vector<TestRay> raysFor(bool moves, uint64_t seed) {
     std::vector<TestRay> rays = randomRays(600, 3, seed);
     Random random(seed + 1);

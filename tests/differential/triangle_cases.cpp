@@ -64,7 +64,7 @@ void anyHit(const Lab& lab, Answer& answer, Rule rule) {
     traceMesh(lab, answer, mesh, plain("__anyhit__rule", rule, 3), rays);
 }
 
-// Which hit ends such a ray is the traversal's choice; whether there is one is not.
+// The library may choose which hit ends such a ray, but not whether there is a hit.
 void firstHit(const Lab& lab, Answer& answer) {
     std::vector<TestRay> rays = randomRays(400, 3, 7);
     for (TestRay& ray : rays)
@@ -90,7 +90,7 @@ void sbtOffsets(const Lab& lab, Answer& answer) {
     traceMesh(lab, answer, mesh, plain(nullptr, kAccept, 12), rays);
 }
 
-// At vertices and points of edges of a closed surface: each ray must hit.
+// Rays at vertices and edges of a closed surface: each must hit.
 void edges(const Lab& lab, Answer& answer) {
     const Mesh mesh = roughSphere(8, 11);
     Random random(12);
@@ -115,7 +115,7 @@ void edges(const Lab& lab, Answer& answer) {
     traceMesh(lab, answer, mesh, plain(), rays);
 }
 
-// Nearly in the plane of the triangle they are aimed at.
+// Rays nearly in the plane of the triangle that they are aimed at.
 void grazing(const Lab& lab, Answer& answer) {
     const Mesh mesh = randomTriangles(100, 0.5f, 13);
     Random random(14);

@@ -282,7 +282,7 @@ OptixResult build(World& w, OptixDeviceContext context, OptixAccelBuildOptions o
                            w.chance(98) ? &handle : nullptr, w.chance(97) ? emit : nullptr, emits);
 }
 
-// Sizes, then the build with them.
+// Queries the sizes, then builds with them.
 void buildNew(World& w) {
     if (w.mapped() > (size_t(64) << 20))
         return;
@@ -370,7 +370,7 @@ void compact(World& w) {
 }
 const Call kCompact{"optixAccelCompact", 4, compact};
 
-// The objects that a structure refers to, moved or not.
+// Relocates with the objects that a structure refers to, moved or not.
 OptixResult relocateCall(World& w, OptixDeviceContext context, const RelocationInfo* info,
                          [[maybe_unused]] const Structure* source, CUdeviceptr target, size_t size,
                          OptixTraversableHandle* handle) {
@@ -433,7 +433,7 @@ void relocate(World& w) {
 #endif
     w.done("optix*CheckRelocationCompatibility",
            check(w.context(), w.chance(97) ? &info : nullptr, w.chance(97) ? &fits : nullptr));
-    // The target is a copy of a structure of ours, or other bytes.
+    // The target is a copy of a structure of this sequence, or other bytes.
     w.wait();
     size_t size = 1 << 12;
     CUdeviceptr target = w.memory(size);

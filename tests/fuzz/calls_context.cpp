@@ -11,7 +11,7 @@ void onLog(unsigned, const char*, const char*, void* world) {
     __atomic_add_fetch(static_cast<unsigned*>(world), 1, __ATOMIC_RELAXED);
 }
 
-// Counts outlive every sequence: queued work may log late.
+// The count outlives every sequence: queued work may log late.
 unsigned gLogLines = 0;
 
 void create(World& w) {
@@ -56,7 +56,7 @@ void getProperty(World& w) {
                                   OPTIX_DEVICE_PROPERTY_LIMIT_NUM_BITS_INSTANCE_VISIBILITY_MASK,
                                   OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_RECORDS_PER_GAS,
                                   OPTIX_DEVICE_PROPERTY_LIMIT_MAX_SBT_OFFSET});
-    // All values of 32 bits: a larger size must be refused.
+    // All properties have 32 bits: a larger size must be refused.
     size_t size = w.chance(80) ? 4 : w.anySize();
     w.done(
         "optixDeviceContextGetProperty",

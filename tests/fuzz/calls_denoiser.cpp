@@ -86,7 +86,7 @@ void destroy(World& w) {
 }
 const Call kDestroy{"optixDenoiserDestroy", 1, destroy};
 
-// Sizes, set-up and one image.
+// Queries the sizes, sets up and denoises one image.
 void denoise(World& w) {
     if (w.mapped() > (size_t(64) << 20) || (w.denoisers.live.empty() && w.chance(90)))
         return;

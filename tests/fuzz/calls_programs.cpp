@@ -46,7 +46,7 @@ OptixPipelineCompileOptions compileOptions(World& w) {
     return options;
 }
 
-// PTX that is right, shortened, or with a few bytes changed.
+// PTX: correct, shortened, or with a few bytes changed.
 std::string ptx(World& w) {
     std::string text = programs();
     if (w.chance(12))

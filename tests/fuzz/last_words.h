@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fuzzer's message before a crash or a sanitizer's report ends it: how to repeat the failure.
+// The message of a fuzzer that crashes or that a sanitizer ends: how to repeat the failure.
 #pragma once
 
 #include <signal.h>
@@ -23,7 +23,7 @@ inline void onSignal(int number) {
     raise(number);
 }
 
-// Signal handlers call `tell`; that of `more`, too.
+// The handlers of crash signals and of the signal `more` call `tell`.
 inline void setLastWords(void (*tell)(), int more = SIGABRT) {
     lastWords = tell;
 #ifdef FUZZ_HAS_SANITIZER

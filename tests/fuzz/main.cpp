@@ -37,7 +37,7 @@ void tellWhere() {
         _exit(3);
 }
 
-// Ends the process when a call takes longer than a minute.
+// Ends the process if a call takes longer than a minute.
 void watch() {
     for (uint64_t seen = 0;;) {
         std::this_thread::sleep_for(std::chrono::seconds(60));

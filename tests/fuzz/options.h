@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command lines of fuzzers: options with a number each, and further arguments.
+// The command lines of fuzzers: options that take a number, and further arguments.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace fuzz {
 using Numbers = std::map<std::string, uint64_t*>;
 
 // Reads the options; exits with the usage on request, for an unknown option, or for one without its
-// number. Other arguments go to `rest`; without `rest` they are unknown, too.
+// number. Other arguments go to `rest`; without `rest` they, too, are unknown options.
 inline void readOptions(int argc, char** argv, const char* usage, const Numbers& numbers,
                         std::vector<std::string>* rest = nullptr) {
     const auto leave = [&](FILE* to, int status) {

@@ -23,7 +23,7 @@ inline bool isNumber(const std::string& token) {
     return std::isdigit(static_cast<unsigned char>(token[0]));
 }
 
-// Words, modifiers with their point, runs of space, single other characters.
+// Tokens are words, modifiers with their point, runs of space, and single other characters.
 inline Tokens tokensOf(const std::string& text) {
     Tokens tokens;
     for (size_t begin = 0; begin < text.size();) {
@@ -49,7 +49,7 @@ inline std::string textOf(const Tokens& tokens) {
 
 class PtxChanges {
 public:
-    // Words are from these texts. `below` gives random numbers below its argument.
+    // New words come from these texts. `below` returns random numbers below its argument.
     PtxChanges(const std::vector<Tokens>& seeds, std::function<size_t(size_t)> below)
         : below(std::move(below)) {
         for (const Tokens& tokens : seeds)
@@ -100,7 +100,7 @@ private:
         default:
             break;
         }
-        // A statement less, or one more somewhere.
+        // Removes a statement, or copies one to another place.
         size_t begin = at, end = at;
         while (begin > 0 && tokens[begin - 1] != ";")
             --begin;

@@ -26,7 +26,7 @@ std::vector<Call>& list() {
 
 Call::Call(const char* callName, int callWeight, void (*function)(World&))
     : name(callName), weight(callWeight), run(function) {
-    // In order of names: a sequence does not depend on the order in which files are linked.
+    // Sorted by name: a sequence must not depend on the order in which files are linked.
     auto before = [](const Call& a, const Call& b) { return std::string(a.name) < b.name; };
     list().insert(std::upper_bound(list().begin(), list().end(), *this, before), *this);
 }
@@ -128,7 +128,7 @@ OptixTraversableHandle World::traversable() {
     if (!transforms.empty() && chance(60))
         return transforms[below(uint32_t(transforms.size()))];
     size_t garbage = chance(50) ? 0 : anySize();
-    // Sanitizers keep their notes about memory there: readable, but not for instrumented code.
+    // Shadow memory of sanitizers: mapped, but instrumented code must not read it.
     bool isShadow = garbage >= 0x7fff8000 && garbage < 0x100080000000;
     return isShadow ? garbage | (size_t(1) << 62) : garbage;
 }
@@ -139,7 +139,7 @@ CUdeviceptr World::memory(size_t size, size_t alignment) {
         mmap(nullptr, room + kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (base == MAP_FAILED)
         throw std::runtime_error("no memory for the fuzzer");
-    // Not unmapped: another mapping might take its place.
+    // The page stays mapped: another mapping might take its place.
     mprotect(static_cast<char*>(base) + room, kPage, PROT_NONE);
     mappings_.push_back({base, room + kPage});
     mapped_ += room + kPage;

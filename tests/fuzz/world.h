@@ -47,7 +47,7 @@ struct Call {
 };
 const std::vector<Call>& calls();
 
-// Calls by function: refused, successful.
+// For each function: the number of refused and of successful calls.
 std::map<std::string, std::array<uint64_t, 2>>& counts();
 
 // Handles of one kind.
@@ -83,7 +83,7 @@ public:
 
     // ---- Random numbers ----
     uint32_t below(uint32_t count) { return count == 0 ? 0 : uint32_t(random_() % count); }
-    // Chances up to 6 and from 90 percent are about mistakes: calm sequences make a twelfth of
+    // Chances up to 6 and from 90 percent decide about mistakes: calm sequences make a twelfth of
     // them.
     bool chance(unsigned percent) {
         if (isCalm_ && (percent <= 6 || percent >= 90))

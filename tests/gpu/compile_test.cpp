@@ -55,7 +55,7 @@ TEST(GpuCompile, KernelForTheDevice) {
     EXPECT_TRUE(has(compile(body, future), ".target sm_90"));
 }
 
-// LLVM has no equivalent for these, or only one that it cannot emit.
+// LLVM has no equivalent for these instructions, or cannot emit it.
 TEST(GpuCompile, WhatLlvmCannotWriteStaysWhatItIs) {
     const std::string kept[] = {
         "ld.acquire.gpu.global.u32 ",
@@ -97,7 +97,7 @@ TEST(GpuCompile, WhatLlvmCannotWriteStaysWhatItIs) {
     expectAccepted(text);
 }
 
-// Instructions whose first operand's use is unknown: read, written, or both.
+// Instructions that may read their first operand, write it, or both.
 TEST(GpuCompile, RegistersOfUnknownInstructionsAreHandedOver) {
     std::string body = raygen("    setmaxnreg.inc.sync.aligned.u32 64;\n"
                               "    wgmma.mma_async.sync.aligned.m64n8k16.f32.f16.f16 "
@@ -107,7 +107,7 @@ TEST(GpuCompile, RegistersOfUnknownInstructionsAreHandedOver) {
     const std::string text = compile(body, Options());
     const size_t at = text.find("wgmma.mma_async");
     ASSERT_NE(at, std::string::npos);
-    // The sum begins with the register's value: the number from memory.
+    // The sum starts from the register's value, which was loaded from memory.
     const std::string first = text.substr(text.find('{', at) + 1, 5); // %r12, for one
     const std::string name = first.substr(0, first.find_first_of(",}"));
     const size_t set = text.rfind(" \t" + name + ", ", at);
@@ -203,7 +203,7 @@ TEST(GpuCompile, VariablesThatCanBeWrittenAreTold) {
                      .hasState);
 }
 
-// The driver's compiler's report on a kernel, in its format.
+// A report on a kernel in the format of the driver's compiler.
 const char* const kLog = R"(ptxas info    : 0 bytes gmem
 ptxas info    : Compiling entry function 'sunstone_launch' for 'sm_90a'
 ptxas info    : Function properties for sunstone_launch
@@ -272,7 +272,7 @@ TEST(GpuCompile, InstructionsStayWhatTheyAre) {
     expectAccepted(text);
 }
 
-// Instructions without a rule of the translator are left to the driver.
+// Instructions that the translator does not know are left to the driver.
 TEST(GpuCompile, UnknownInstructionsPass) {
     const std::string text = compile(raygen(R"(
     vadd.u32.u32.u32 %r2, %r1, %r1;
@@ -316,7 +316,7 @@ TEST(GpuCompile, VertexDataOfShapes) {
     expectAccepted(compile(text));
 }
 
-// Bytes of the kernel that the code generator puts into memory.
+// Size of the kernel's stack frame.
 size_t frameOfKernel(const std::string& ptx) {
     constexpr std::string_view kDepot = "__local_depot";
     const std::string_view kernel =
@@ -327,8 +327,8 @@ size_t frameOfKernel(const std::string& ptx) {
                : std::stoul(std::string(kernel.substr(kernel.find('[', depot) + 1)));
 }
 
-// The ray's state and the walk's are values while intersection programs run: no report may need
-// their addresses. Stacks are indexed, and are all that is left in memory.
+// The state of the ray and of the traversal stays in registers while intersection programs run: no
+// report may take its address. Only stacks, which are indexed, are in memory.
 TEST(GpuCompile, ReportsNeedNoStateInMemory) {
     const std::string text = R"(.version 7.8
 .target sm_70
@@ -401,7 +401,7 @@ TEST_P(GpuCompileSample, IsAccepted) {
     const std::string ptx =
         compile(textOf(std::string(SUNSTONE_SAMPLE_PTX "/") + name + ".ptx"), options);
     EXPECT_TRUE(has(ptx, ".visible .entry sunstone_launch("));
-    // However large, a ray generation program is a part of the kernel.
+    // A ray generation program is inlined into the kernel, however large it is.
     EXPECT_FALSE(has(ptx, ".func f_$___raygen__"));
     expectAccepted(ptx);
 }

@@ -23,14 +23,14 @@ using sunstone::device::cuda::Driver;
 using sunstone::device::cuda::driverForTests;
 using sunstone::device::cuda::DriverNames;
 
-// Before the first use.
+// The driver is chosen before its first use.
 [[maybe_unused]] const bool isGpu = [] {
     setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
     setenv("SUNSTONE_TEST_GPU", "1", 1);
     return true;
 }();
 
-// The calls of the driver that fail, and the outcome.
+// Which calls of the driver fail, and the outcome.
 struct Plan {
     long calls = 0;       // until now
     long first = -1;      // that fails; negative: none
@@ -52,7 +52,7 @@ bool fails(const char* name) {
     return true;
 }
 
-// A function of the driver that consults the plan first.
+// A function of the driver that fails where the plan says so.
 template <auto Member, const char* const* Name>
 struct Wrapped;
 template <class... Arguments, CUresult (*Driver::*Member)(Arguments...), const char* const* Name>
@@ -103,9 +103,9 @@ protected:
         ApiTest::TearDown();
     }
 
-    // Calls with the first, the second, ... use of the driver failing, until none does. The call
-    // must succeed afterwards; if it takes long, only permanent failures are tried, and success at
-    // the end. `tolerated`: functions whose failure need not be the call's.
+    // Repeats the call with the first, the second, ... use of the driver failing, until none fails.
+    // The call must succeed afterwards; if it takes long, only permanent failures are tried, and
+    // success at the end. `tolerated`: functions whose failure need not be the call's.
     void failAtEachCall(const std::function<OptixResult()>& call,
                         const std::set<std::string>& tolerated = {}, bool takesLong = false) {
         ASSERT_EQ(OPTIX_SUCCESS, call()) << log_.all();
@@ -260,7 +260,7 @@ TEST_F(DriverErrors, OfPipelines) {
     failAtEachCall([&] { return optixPipelineSetStackSize(rig.pipeline(), 100, 100, 1 << 14, 1); });
 }
 
-// A driver that supports one instruction more than this library, or not.
+// A driver that may support one instruction more than this library.
 struct NewerDriver {
     static inline bool knows;
     static inline std::vector<std::string> texts;

@@ -64,7 +64,7 @@ constexpr bool kHasPtxas = true;
 constexpr bool kHasPtxas = false;
 #endif
 
-// An older ptxas cannot judge newer PTX.
+// An older ptxas refuses newer PTX.
 bool readsPtx9() {
     return ptxasTakes(".version 9.0\n.target sm_90\n.address_size 64\n", "sm_90");
 }
@@ -248,7 +248,7 @@ TEST(GpuHeader, OtherArchitecturesAreRefused) {
         }
 }
 
-// PTX 6.4 took them away from modules for newer GPUs; older modules have them.
+// PTX 6.4 removed them for newer GPUs; older modules may use them.
 TEST(GpuHeader, WarpFunctionsWithoutMembers) {
     const std::string text = pipelineOf(
         withTop("6.0", "sm_60",
@@ -260,7 +260,7 @@ TEST(GpuHeader, WarpFunctionsWithoutMembers) {
     EXPECT_TRUE(ptxasTakes(text, "sm_90"));
 }
 
-// Addresses of 32 bits, 128 bits at once, several parts of an operand.
+// 32-bit addresses, 128-bit accesses, operands of several parts.
 TEST(GpuHeader, OddOperandsAreKept) {
     const std::string text = pipelineOf(
         withTop("8.4", "sm_90",

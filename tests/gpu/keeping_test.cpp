@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cached machine code, with the CPU device acting as a GPU: the cases that compile and load again,
-// and the code that must not be shared. The driver's functions are counted.
+// Cached machine code, with the CPU device acting as a GPU: when code is compiled and loaded again,
+// and which code must not be shared. Calls of the driver are counted.
 #include "api/device_memory.h"
 #include "api/rig.h"
 #include "api/scene.h"
@@ -24,7 +24,7 @@ using sunstone::device::cuda::Driver;
 using sunstone::device::cuda::driverForTests;
 using sunstone::engine::GpuKernelCode;
 
-// Before the first use.
+// The driver is chosen before its first use.
 [[maybe_unused]] const bool isGpu = [] {
     setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
     setenv("SUNSTONE_TEST_GPU", "1", 1);
@@ -111,7 +111,7 @@ protected:
         rig.run(result.address(), 1);
         return *result.as<unsigned>();
     }
-    // How often code was not found in the disk cache.
+    // Number of look-ups that the disk cache could not answer.
     unsigned missed() const {
         unsigned found = 0;
         for (const LogLine& line : log_.lines())
@@ -178,7 +178,7 @@ TEST_F(GpuKeeping, WithoutACacheNothingIsKept) {
     make(context_, stores(7));
     EXPECT_EQ(1u, missed());
     EXPECT_EQ(3u, loads);
-    // Another place is another cache.
+    // Another folder is another cache.
     setenv("OPTIX_CACHE_PATH", (folder_ + "/other").c_str(), 1);
     const OptixDeviceContext other = newContext();
     make(other, stores(7));
@@ -220,7 +220,7 @@ TEST_F(GpuKeeping, OfManyPipelinesTheOldestGo) {
     EXPECT_EQ(20u, loads);
 }
 
-// With a compiler beside the driver, which returns machine code.
+// With a compiler library beside the driver, which returns machine code.
 TEST_F(GpuKeeping, MachineCodeThatTheDriverRefusesIsMadeAnew) {
     if (!dlopen("libnvidia-ptxjitcompiler.so.1", RTLD_NOW))
         GTEST_SKIP() << "no compiler beside the driver";
@@ -238,7 +238,7 @@ TEST_F(GpuKeeping, MachineCodeThatTheDriverRefusesIsMadeAnew) {
     EXPECT_EQ(1u, missed());
 }
 
-// It may refer to functions of the driver. Then the driver compiles the text.
+// The machine code may refer to functions of the driver. Then the driver compiles the text.
 TEST_F(GpuKeeping, MachineCodeWhoseKernelTheDriverDoesNotFind) {
     if (!dlopen("libnvidia-ptxjitcompiler.so.1", RTLD_NOW))
         GTEST_SKIP() << "no compiler beside the driver";
@@ -293,7 +293,7 @@ TEST_F(GpuKernels, AreFoundByOtherContextsAndProcesses) {
     EXPECT_EQ(made, loads) << "another context loads them again";
     EXPECT_EQ(0u, prepareAnew(true)) << "from the disk";
     EXPECT_EQ(made, loads);
-    // A process that has them keeps them where they are not.
+    // A process that has loaded the kernels writes them to a cache that lacks them.
     setenv("OPTIX_CACHE_PATH", (folder_ + "/other").c_str(), 1);
     EXPECT_EQ(made, prepareAnew(false));
     EXPECT_EQ(0u, prepareAnew(true));

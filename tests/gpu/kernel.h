@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests of GPU pipelines: the kernel of one on the CPU device, which runs PTX too, and records.
+// For tests of GPU pipelines: a pipeline's kernel on the CPU device, which runs PTX too, and
+// records.
 #pragma once
 
 #include "bvh/gpu/testing/device.h"
@@ -49,7 +50,7 @@ public:
     uint32_t patience = devlib::kShortPatience;
     uint32_t maxTraceDepth = 1;
 
-    // Runs with this block, in which the caller has set the fields that depend on the test.
+    // Launches with this block. The caller sets the fields that depend on the test.
     devlib::LaunchReport launch(const devlib::LaunchBlock& prepared, uint32_t width,
                                 uint32_t height = 1, uint32_t depth = 1) const {
         Buffer memory(sizeof(prepared));

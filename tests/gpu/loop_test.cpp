@@ -73,7 +73,7 @@ protected:
         static Kernel kernel(textOf(TEST_LOOP_TWO_PTX), oneHitGroup(kMostDepth));
         return kernel;
     }
-    // And called by address.
+    // Closest-hit programs are also called by address.
     static Options apartOptions() {
         Options options = oneHitGroup(kMostDepth);
         options.mostInlined = 0;
@@ -88,7 +88,7 @@ protected:
                                 devlib::LaunchReport* report) const {
         const std::vector<TestRay> rays = someRays();
         const size_t count = size_t(job.width) * job.height * job.depth;
-        // One more, which must stay unchanged.
+        // One element more, which must stay unchanged.
         Buffer rayMemory(rays.size() * sizeof(TestRay)),
             results((count + 1) * sizeof(LoopResult), 0xAB), params(sizeof(LoopParams)),
             records(4 * sizeof(Record));
@@ -125,7 +125,7 @@ protected:
         return {found, found + count};
     }
 
-    // All kernels; their results are equal, and returned for further checks.
+    // Runs all kernels, expects equal results, and returns them for further checks.
     std::vector<LoopResult> same(const Job& job, devlib::LaunchReport* report = nullptr) const {
         devlib::LaunchReport wantedReport, foundReport;
         const std::vector<LoopResult> wanted = run(whole(), job, &wantedReport);
@@ -163,7 +163,7 @@ TEST_F(GpuLoop, FeedbackTellsTheKernel) {
         << whole().feedback;
     EXPECT_NE(nested().feedback.find("rays of all depths take turns"), std::string::npos)
         << nested().feedback;
-    // Its lanes may not be where others wait for them.
+    // In a cut program a lane may be elsewhere while others wait for it at a barrier.
     std::string text = textOf(TEST_LOOP_PTX);
     const size_t entry = text.find(".entry __raygen__loop"), brace = text.find("ret;", entry);
     text.insert(brace, "bar.warp.sync -1;\n");

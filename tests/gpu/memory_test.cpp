@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the back end for GPUs knows of its memory, on the CPU device: the structures that exist, and
-// how much host and GPU can share.
+// The GPU back end's knowledge of its memory, on the CPU device: which structures exist, and how
+// much memory host and GPU can share.
 #include "base/error.h"
 #include "bvh/gpu/testing/device.h"
 #include "devlib/graph.h"
@@ -18,7 +18,7 @@ namespace {
 using bvh::gpu::testing::Buffer;
 using bvh::gpu::testing::Device;
 
-// Before the first use: the back end's table of the driver is that of the CPU device.
+// Set before the first use: the back end calls the driver of the CPU device.
 [[maybe_unused]] const int kBackEnd = setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
 
 class GpuHandles : public testing::Test {

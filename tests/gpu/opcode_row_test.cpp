@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opcodes that PTX lacks: a row in the table of opcodes and a row for each form are all that the
-// parser, the verifier, both translations, the header of GPU code and the lockstep code need.
+// Opcodes that PTX lacks. The parser, the verifier, both translations, the header of GPU code and
+// the lockstep code need only a row in the table of opcodes and a row for each form.
 #include "compiler/gpu/header.h"
 #include "devlib/lockstep.h"
 #include "gpu/pipelines.h"

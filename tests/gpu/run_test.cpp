@@ -33,7 +33,7 @@ devlib::LaunchReport launch(const Kernel& kernel, const Record& raygenRecord, vo
     return kernel.launch(block, width, height, depth);
 }
 
-// Adds 1 to the word of each launch index, and the record's first word times 16.
+// Adds 1 plus 16 times the record's first word to the word of each launch index.
 const char* const kCount = R"(
     call (%r1), _optix_get_launch_index_x, ();
     call (%r2), _optix_get_launch_index_y, ();
@@ -218,7 +218,7 @@ TEST(GpuRun, TracesFindWhatTheTraversalFinds) {
     expectFiltered(kernel, structure.handle(), rays, hits);
 }
 
-// Rays at curves or spheres; the CPU's kernels are the judge.
+// Rays at curves or spheres, compared with the kernels for the CPU.
 void expectShapes(const Kernel& kernel, const bvh::BuildInputs& inputs, bool curves) {
     const bvh::testing::Structure cpu = bvh::testing::makeStructure(inputs);
     const bvh::gpu::testing::GpuStructure structure = bvh::gpu::testing::buildOnDevice(inputs);
@@ -277,7 +277,8 @@ struct Cutouts {
     }
 };
 
-// The expected results of rays down on the plane, from the triangle below and the state there.
+// The expected result of a ray down on the plane: from the triangle that it meets and the state
+// there.
 TestHit throughCutouts(uint64_t handle, const TestRay& ray, unsigned flags) {
     bvh::QueryRay query{};
     for (int k = 0; k < 3; ++k) {
@@ -336,7 +337,7 @@ TEST(GpuRun, OpacityMicromaps) {
         EXPECT_GT(found, 150u);
         EXPECT_EQ(asked == 0, flags != 0);
     }
-    // A pipeline without the option does not read them.
+    // A pipeline without the option does not read micromaps.
     Options blind;
     blind.oneHitGroup = true;
     const Kernel other(raysModule(), blind);
@@ -386,7 +387,7 @@ TEST(GpuRun, Spheres) {
     bvh::BuildInputs inputs;
     inputs.spheres = {&in, 1};
     expectShapes(kernel, inputs, false);
-    // A pipeline without them in its flags does not meet them.
+    // A pipeline whose flags lack these primitives does not hit them.
     Options none;
     none.oneHitGroup = true;
     const Kernel other(raysModule(), none);

@@ -18,7 +18,7 @@ namespace {
 
 using bvh::gpu::testing::Device;
 
-// Before the first use: the back end's table of the driver is that of the CPU device.
+// Set before the first use: the back end calls the driver of the CPU device.
 [[maybe_unused]] const int kBackEnd = setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
 
 class Slots : public testing::Test {
@@ -35,7 +35,7 @@ protected:
     }
     static const device::cuda::Driver& driver() { return Device::get().driver(); }
 
-    // A launch that does no work and reports this.
+    // A launch that does no work and leaves this report.
     CUdeviceptr launch(const devlib::LaunchReport& report) {
         GpuLaunchSlots::Lease slot(*slots_, context_, nullptr, 16, false);
         *slot->host = {};
@@ -65,13 +65,13 @@ protected:
     }
     void TearDown() override { EXPECT_EQ(driver().streamDestroy(stream_), CUDA_SUCCESS); }
 
-    // A function of the driver that the engine does not use.
+    // A driver function that the engine itself does not call.
     template <class Function>
     static Function* get(const char* name) {
         static void* const library = dlopen(TEST_CUDA_LIBRARY, RTLD_NOW);
         return reinterpret_cast<Function*>(dlsym(library, name));
     }
-    // Captures a launch of the pipeline that does no work, and whose runs would report this.
+    // Captures a launch of the pipeline that does no work and leaves this report.
     CUgraph capture(const devlib::LaunchReport& report) {
         CUgraph graph = nullptr;
         EXPECT_EQ(get<CUresult(CUstream, CUstreamCaptureMode)>("cuStreamBeginCapture_v2")(
@@ -94,7 +94,7 @@ protected:
     static void destroy(CUgraph graph) {
         EXPECT_EQ(get<CUresult(CUgraph)>("cuGraphDestroy")(graph), CUDA_SUCCESS);
     }
-    // Whether launches come to use the memory of the last captured one, maybe later: the driver
+    // Whether launches use the memory of the last captured one again within this time: the driver
     // frees what graphs own on a thread of its own.
     bool comesBack(unsigned milliseconds) {
         for (unsigned i = 0; i <= milliseconds; ++i) {

@@ -16,15 +16,15 @@ namespace {
 
 using sunstone::device::cuda::driverForTests;
 
-// Before the first use.
+// The driver is chosen before its first use.
 [[maybe_unused]] const bool isGpu = [] {
     setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
     setenv("SUNSTONE_TEST_GPU", "1", 1);
     return true;
 }();
 
-// Delays the first thread between its query of the limit and what it does with the answer, until
-// the other thread has set the limit, or for a while.
+// Delays the first thread after its query of the limit, until the other thread has set the limit or
+// some time has passed.
 struct SlowDriver {
     static inline decltype(driverForTests().ctxGetLimit) originalGet;
     static inline decltype(driverForTests().ctxSetLimit) originalSet;

@@ -22,7 +22,7 @@ namespace {
 using device::cuda::Driver;
 using device::cuda::driverForTests;
 
-// Before the first use.
+// The driver is chosen before its first use.
 [[maybe_unused]] const bool isGpu = [] {
     setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
     return dlopen("libcuda.so.1", RTLD_NOW) !=
@@ -31,7 +31,7 @@ using device::cuda::driverForTests;
 
 decltype(Driver::deviceGet) realDeviceGet = nullptr;
 
-// The second GPU is the first by another number.
+// The second GPU is the first under another number.
 CUresult twoDevices(int* count) {
     *count = 2;
     return CUDA_SUCCESS;
@@ -40,7 +40,7 @@ CUresult eitherDevice(CUdevice* device, int ordinal) {
     return ordinal < 2 ? realDeviceGet(device, 0) : CUDA_ERROR_INVALID_DEVICE;
 }
 
-// Memory of this size or more cannot be had while the flag is set.
+// Allocations of this size or more fail while the flag is set.
 constexpr size_t kLarge = 8 << 20;
 bool isFull = false;
 decltype(Driver::memAllocManaged) realAlloc = nullptr;
@@ -130,7 +130,7 @@ protected:
         return values;
     }
 
-    // What rays of "shoot" look at, at z = 5.
+    // The target of the rays of "shoot", at z = 5.
     void makeTriangle() {
         RTgeometrytriangles mesh = nullptr;
         ok(rtGeometryTrianglesCreate(context_, &mesh));

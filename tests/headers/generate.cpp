@@ -21,7 +21,7 @@ using Row = std::vector<std::string>;
 
 using Counts = std::map<std::string, int>;
 
-// How many rows of each kind the API has; a table that lost some must not pass.
+// Number of rows of each kind: a table that lost rows must not pass.
 const Counts kExpected74 = {{"enum", 33},
                             {"enumerator", 214},
                             {"struct", 36},
@@ -183,7 +183,7 @@ std::string hostCheck(const Row& row) {
     return typeCheck(row);
 }
 
-// C99 has no static_assert and no decltype: an array of negative size is the error.
+// C99 has neither static_assert nor decltype: an array of negative size makes the error.
 std::string cCheck(const Row& row, int index) {
     const std::string &kind = row[0], &name = row[1], &number = row[2];
     const auto check = [&](const std::string& condition) {

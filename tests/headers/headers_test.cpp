@@ -205,7 +205,7 @@ TEST(Tiling, PixelStrides) {
     EXPECT_EQ(optixUtilGetPixelStride({0, 1, 1, 0, 0, static_cast<OptixPixelFormat>(1)}), 0u);
 }
 
-// Every output pixel is written once, from a tile that contains its neighbourhood.
+// Checks that every output pixel is written once, from a tile that contains its neighbourhood.
 void checkCover(unsigned int width, unsigned int height, unsigned int tileWidth,
                 unsigned int tileHeight, unsigned int overlap) {
     const OptixImage2D in = image(width, height, OPTIX_PIXEL_FORMAT_HALF3);

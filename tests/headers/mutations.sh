@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# The generated checks must be able to fail: each change to the table below must stop the generator
-# or the compiler. Usage: mutations.sh GENERATE TABLE WORK_FOLDER COMPILE... (a command that
+# Proves that the generated checks can fail: for each change to the table below, the generator or
+# the compiler must fail. Usage: mutations.sh GENERATE TABLE WORK_FOLDER COMPILE... (a command that
 # compiles host_checks.cpp with WORK_FOLDER on its include path)
 set -eu
 generate=$1

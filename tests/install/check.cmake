@@ -34,7 +34,7 @@ if(links)
     list(JOIN links "\n" links)
     message(FATAL_ERROR "${links}")
 endif()
-# A private copy of the tree under another name: nothing may depend on where it was installed.
+# Moves the tree to another name, because no file may depend on the place of the installation.
 file(RENAME ${stage} ${WORK}/moved)
 set(stage ${WORK}/moved)
 
@@ -89,7 +89,7 @@ if(WAY MATCHES "config" AND expected EQUAL 0)
         message("consumer_${program}: ${output}")
     endforeach()
 endif()
-# The folder of OptiX 6 as its find modules want it.
+# The folder of OptiX 6 in the form that its find modules expect.
 if(expected EQUAL 0)
     foreach(library IN ITEMS optix optixu optix_prime)
         if(NOT EXISTS ${stage}/optix6/lib64/lib${library}.so)

@@ -13,7 +13,7 @@
 
 namespace tests {
 
-// Whether exit looks for leaks. A child would find the objects of the other threads among them.
+// Whether exit looks for leaks. A child would report the objects of the parent's other threads.
 #if defined(__SANITIZE_ADDRESS__)
 constexpr bool kFindsLeaks = true;
 #elif defined(__has_feature)

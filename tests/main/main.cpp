@@ -11,7 +11,7 @@
 
 namespace {
 
-// As GoogleTest has it: * is any text, ? any character.
+// GoogleTest's patterns: * matches any text, ? any character.
 bool matches(std::string_view pattern, std::string_view name) {
     if (pattern.empty())
         return name.empty();

@@ -279,7 +279,7 @@ TEST(Nvrtc, HeadersInMemory) {
          "#define D 1000\n"});
     ASSERT_EQ(program.compile(), NVRTC_SUCCESS) << program.log();
     EXPECT_EQ(valueOf(program.ptx()), 1111);
-    // A fault in a header has the header's name.
+    // A message about an error in a header has the header's name.
     Program bad("#include <first.h>\n", nullptr, {"first.h"}, {"\n\nint f(;\n"});
     EXPECT_EQ(bad.compile(), NVRTC_ERROR_COMPILATION);
     EXPECT_TRUE(has(bad.log(), "first.h(3): error:")) << bad.log();
@@ -389,7 +389,7 @@ TEST(Nvrtc, BadOptionsAreNamed) {
 }
 
 TEST(Nvrtc, DevicesAsHeaders) {
-    // Neither is read for ever.
+    // The compilation ends: neither device is read for ever.
     for (const char* device : {"/dev/zero", "/dev/stdin"}) {
         Program program("#include \"" + std::string(device) + "\"\n__global__ void k() {}\n");
         const nvrtcResult result = program.compile();

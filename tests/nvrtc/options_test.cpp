@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random options: each list is either refused with an error, or its arguments of clang begin as
-// options do.
+// Random options: each list is refused with an error, or the arguments for clang that it gives all
+// look like options.
 #include "api/nvrtc/options.h"
 
 #include <gtest/gtest.h>

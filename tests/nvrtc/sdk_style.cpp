@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole OptiX program as SDKs write them: its device code is text that is compiled at run time
+// A whole OptiX program in the style of SDK samples: NVRTC compiles its device code at run time
 // with the headers of OptiX and of CUDA. sdk_style OPTIX_INCLUDE [CUDA_INCLUDE]
 #include <cuda_runtime.h>
 #include <nvrtc.h>

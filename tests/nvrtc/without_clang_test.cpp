@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where no clang is found, compilation names the remedy. ctest sets SUNSTONE_CLANG to another
-// program.
+// If no clang is found, the message of the compilation names the remedy. ctest sets SUNSTONE_CLANG
+// to another program.
 #include <gtest/gtest.h>
 #include <nvrtc.h>
 

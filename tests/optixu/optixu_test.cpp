@@ -121,7 +121,7 @@ TEST(Optixu, StringsBecomePtx) {
     EXPECT_EQ(rtuCUDAGetCompileResult(nullptr, nullptr), RT_SUCCESS);
 }
 
-// The functions are of a time when nvcc was the compiler.
+// These functions date from the time when nvcc was the compiler.
 TEST(Optixu, OptionsAreThoseOfNvcc) {
     const char* arguments[] = {kInclude,
                                "-D",
@@ -160,7 +160,7 @@ TEST(Optixu, WrongSourcesHaveMessages) {
               RT_ERROR_INVALID_SOURCE);
     EXPECT_EQ(sizes.result, 0u);
     EXPECT_NE(texts(sizes).second.find("FACTOR"), std::string::npos);
-    // Another thread has compiled nothing.
+    // Results belong to the thread: another thread has compiled nothing.
     std::thread([] {
         char result[1] = {'#'}, error[1] = {'#'};
         EXPECT_EQ(rtuCUDAGetCompileResult(result, error), RT_SUCCESS);

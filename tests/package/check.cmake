@@ -1,5 +1,6 @@
-# Unpacks the package of this KIND (deb or tar.gz) in FOLDER into WORK, runs an installed sample, and builds a
-# sample from the installed sources. A package older than the library of the build is no subject.
+# Unpacks the package of this KIND (deb or tar.gz) in FOLDER into WORK, runs an installed sample,
+# and builds a sample from the installed sources. Skips packages that are older than the library of
+# the build.
 cmake_minimum_required(VERSION 3.25)
 
 function(run)
@@ -32,7 +33,7 @@ if(KIND STREQUAL "deb")
 else()
     run(${CMAKE_COMMAND} -E chdir ${WORK}/root ${CMAKE_COMMAND} -E tar xf ${package})
     file(GLOB prefix ${WORK}/root/sunstone-*)
-    # Nothing but the C and C++ libraries comes from the system.
+    # Only the C and C++ libraries come from the system.
     run(${prefix}/bin/sunstone run ldd ${prefix}/bin/sunstone ${prefix}/lib/libnvoptix.so.1
         ${prefix}/lib/sunstone/cuda/libcuda.so.1 ${prefix}/lib/sunstone/samples/hello)
     string(REGEX MATCHALL "=> /(usr/)?lib[^\n]*" outside "${output}")

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A library's treatment of opacity micromaps: traces rays and prints the answers as lines, which
-// can be compared between libraries:
+// Records how a library treats opacity micromaps: traces rays and prints the answers as lines,
+// which can be compared between libraries:
 //   micromap_reference PTX                prints
 //   micromap_reference PTX RECORDED       compares with a file of such lines; prints differences
 // Lines that begin with "info" are not compared: the API leaves them open.
@@ -158,7 +158,7 @@ struct Tracer {
     }
 };
 
-// '.': missed, 'h': hit, 'a': hit and any-hit asked, '?': something else.
+// '.': miss, 'h': hit, 'a': hit after a call of the any-hit program, '?': something else.
 char letter(unsigned int outcome) {
     switch (outcome) {
     case kMiss:
@@ -220,7 +220,7 @@ std::vector<Point> centres(unsigned int level) {
     return points;
 }
 
-// One micromap for each bit of the number, which is set where the bit is.
+// One micromap for each bit of the micro-triangle's number, set where that bit is 1.
 void askOrder(const Tracer& tracer, unsigned int level, OptixOpacityMicromapFormat format) {
     const bool two = format == OPTIX_OPACITY_MICROMAP_FORMAT_2_STATE;
     const std::vector<Point> points = centres(level);
@@ -326,7 +326,7 @@ void askAllFlags(const Tracer& tracer) {
 
 // ---- which micromap a triangle gets ----
 
-// Micromaps that show their number (modulo 16) in four micro-triangles.
+// Micromaps whose four micro-triangles encode the micromap's number (modulo 16).
 Maps numbered(unsigned int count) {
     Maps maps;
     for (unsigned int i = 0; i < count; ++i)
@@ -411,7 +411,7 @@ void askIndexing(const Tracer& tracer) {
     askNumbers(tracer, t.build(tracer.world), t.count, "linear with offset 3");
 }
 
-// The behaviour of a library without checks is undefined here.
+// Undefined behaviour for a library without checks.
 void askWithoutOption(Tracer& tracer, const std::string& ptx) {
     tracer.makePipeline(ptx, false);
     Maps maps;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CUDA and OptiX for programs that test a library's behaviour, with the library that the process
-// finds: ours or a GPU driver's.
+// CUDA and OptiX for programs that record a library's behaviour. The library is the one that the
+// process finds: Sunstone's or a GPU driver's.
 #pragma once
 
 #include <optix.h>
@@ -11,7 +11,7 @@
 
 namespace reference {
 
-// Prints the text and ends the process. 77 counts as skipped.
+// Prints the text and ends the process with this code; ctest counts 77 as skipped.
 [[noreturn]] void quit(int code, const std::string& text);
 
 // Ends the process with the name of the result unless it is OPTIX_SUCCESS.

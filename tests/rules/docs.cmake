@@ -33,7 +33,7 @@ list(APPEND pages ${SOURCE_DIR}/README.md ${SOURCE_DIR}/CONTRIBUTING.md)
 file(GLOB scripts ${SOURCE_DIR}/scripts/*)
 list(TRANSFORM top PREPEND ${SOURCE_DIR}/ OUTPUT_VARIABLE folders)
 
-# sunstone_names(result pattern): what the pattern matches in comments and pages, each text once.
+# sunstone_names(result pattern): the distinct matches of the pattern in comments and pages.
 function(sunstone_names result pattern)
     execute_process(COMMAND grep -rhoE "(^|[^:])//.*|/\\*.*|^ \\* .*" --include=*.h --include=*.hpp --include=*.inl
             --include=*.c --include=*.cpp --include=*.cu --include=*.in ${folders}

@@ -21,8 +21,8 @@ set(may_api_optixu "api/optixu;base")
 set(may_api_cuda "api/cuda;check;engine/compile_cache.h;compiler;ptx;texture;devlib/abi.h;devlib/lockstep.h;device;base")
 set(may_api_nvrtc "api/nvrtc;base")
 
-# Within a part: folders that a folder must not include. A flavor of device code (compiler/optix7) is
-# known to none of the folders that all flavors share.
+# Within a part: folders that a folder must not include. Folders that all flavors of device code
+# share must not include a flavor (compiler/optix7).
 set(never_compiler_store "compiler/translate;compiler/passes;compiler/kernels;compiler/gpu;compiler/optix7;compiler/optix6")
 set(never_compiler_runtime "compiler/translate;compiler/passes;compiler/kernels;compiler/gpu;compiler/optix7;compiler/optix6")
 set(never_compiler_debug "compiler/passes;compiler/kernels;compiler/lockstep;compiler/gpu;compiler/optix7;compiler/optix6")

@@ -1,6 +1,6 @@
-# Objects that live as long as the process are not destroyed (docs/conventions.md): streams run and programs
-# call while the process ends. They are made with `new`, or have a type without a destructor, which this file
-# knows by its name.
+# Objects with the lifetime of the process are not destroyed (docs/conventions.md), because streams
+# run and programs call the library while the process ends. They are created with `new`, or have a
+# type without a destructor, which this file lists.
 cmake_policy(SET CMP0057 NEW)
 
 # Types without a destructor.
@@ -41,7 +41,7 @@ function(sunstone_destroyed result line)
     set(${result} "${type}" PARENT_SCOPE)
 endfunction()
 
-# The function finds what it is to find.
+# Checks the function itself.
 foreach(line "    static Handles all;" "static const Table table;" "    static const Names kKept = {" "static Table table{1};"
         "thread_local std::vector<int> stack;" "const std::string kText = \"a\";" "std::map<int, int> table;"
         "    static SharedMemory memory;" "    static const std::map<int, int> table = {" "static Known2 known[4];")

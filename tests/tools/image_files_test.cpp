@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of every format, read again.
+// Writes pictures of every format and reads them again.
 #include "image_files.h"
 #include "png_image.h"
 
@@ -22,7 +22,7 @@ namespace {
 struct Size {
     unsigned width, height;
 };
-// Rows of the Radiance format are plain, marked, and of several runs.
+// Sizes for which the Radiance format has plain rows, marked rows, and rows of several runs.
 constexpr Size kSizes[] = {{1, 1}, {5, 3}, {8, 2}, {300, 7}};
 
 std::string pathOf(const char* name) {

@@ -195,7 +195,7 @@ std::string base64(const std::string& bytes) {
     return text;
 }
 
-// One triangle; the parts under test can be replaced.
+// A file with one triangle; the parts under test can be replaced.
 std::string gltf(const std::string& nodes = "[{\"mesh\":0,\"translation\":[5,0,0]}]",
                  const std::string& count = "3", const std::string& extra = "",
                  uint16_t lastIndex = 2) {

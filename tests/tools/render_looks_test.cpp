@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `sunstone render` of a model with a texture, a hole in it, a colour of vertices, and glass that
-// is not seen.
+// `sunstone render` of a model with a texture, a hole in the texture, vertex colours, and invisible
+// glass.
 #include <png.h>
 
 #include <gtest/gtest.h>

@@ -100,7 +100,7 @@ bool knows(const std::string& ptxas, unsigned capability, const std::string& scr
     return isKnown;
 }
 
-// The largest texts first, as they take longest.
+// Compiles the largest texts first, because they take longest.
 void compileAll(std::vector<Task>& tasks, const std::string& ptxas, const std::string& scratch) {
     std::sort(tasks.begin(), tasks.end(),
               [](const Task& a, const Task& b) { return a.text.size() > b.text.size(); });
@@ -120,7 +120,7 @@ void append(std::string& to, const void* bytes, size_t count) {
 }
 
 void write(const std::string& path, std::vector<Task>& tasks, uint32_t toolkit) {
-    // The same bytes in each build.
+    // Sorts tasks, so that all builds produce equal bytes.
     std::sort(tasks.begin(), tasks.end(), [](const Task& a, const Task& b) {
         return std::tie(a.capability, a.id) < std::tie(b.capability, b.id);
     });

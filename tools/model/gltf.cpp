@@ -114,7 +114,7 @@ Material convertMaterial(const Json& source) {
     material.emission = {unit(emission[0]), unit(emission[1]), unit(emission[2])};
     material.metallic = unit(gltf::number(*pbr, "metallicFactor", 1.0));
     material.roughness = unit(gltf::number(*pbr, "roughnessFactor", 1.0));
-    // A texture would have set these; without it, plausible values.
+    // The ignored texture would set these, so they get plausible values.
     if (gltf::find(*pbr, "metallicRoughnessTexture"))
         material.metallic = 0.0f;
     return material;
@@ -174,7 +174,7 @@ private:
             model_.materials.back().texture = textureOf(*image);
     }
 
-    // The number of the texture of an image; -1 where there is none that can be used.
+    // The number of an image's texture; -1 if there is no usable texture.
     int textureOf(const Json& image) {
         const auto [entry, isNew] = textures_.try_emplace(image.dump(), -1);
         if (!isNew)

@@ -25,7 +25,7 @@ public:
     explicit File(const std::string& path);
 
     const Json& root() const { return root_; }
-    // The element of the root's array `list` that `reference`, a number, names.
+    // The element of the root's array `list` with the index `reference`.
     const Json& element(const char* list, const Json& reference) const;
     // All values of an accessor with `components` numbers an element, normalised integers
     // converted to their range.

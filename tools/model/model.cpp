@@ -11,7 +11,7 @@
 namespace model {
 namespace {
 
-// Beyond this, differences of coordinates leave the range of a float.
+// The differences of larger coordinates would exceed the range of a float.
 constexpr float kLargestCoordinate = 1e18f;
 
 bool isFinite(const Vec3& v) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangle meshes from files: OBJ, glTF (.gltf, .glb) and PLY. Files are not trusted: counts,
-// indices and sizes are checked against the file's actual contents, and every fault becomes one
-// clear line.
+// Triangle meshes from files: OBJ, glTF (.gltf, .glb) and PLY. Files are not trusted: loaders check
+// counts, indices and sizes against the file's actual contents, and report each fault in one clear
+// line.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct Triangle {
     uint32_t a, b, c; // vertex numbers
 };
 
-// What the product of a material's, a vertex's and a texture's alpha means.
+// The meaning of the product of a material's, a vertex's and a texture's alpha.
 enum class Alpha { kOpaque, kCutOut, kBlend };
 
 struct Material {
@@ -59,7 +59,7 @@ struct Model {
     std::vector<Material> materials;
     std::vector<Texture> textures;
     std::vector<std::string>
-        missing;                 // files that the model names and that cannot be used, with causes
+        missing;                 // unusable files that the model names, with causes
     size_t skippedTriangles = 0; // dropped for a position that is not finite
 };
 
@@ -72,8 +72,8 @@ public:
 // Chooses the loader by the file name's ending. Throws ModelError.
 Model load(const std::string& path);
 
-// One loader for each format; these throw ModelError without the file's name, and leave finish()
-// to do the rest.
+// One loader for each format. Loaders throw ModelError without the file's name; the caller then
+// calls finish().
 Model loadObj(const std::string& path);
 Model loadGltf(const std::string& path);
 Model loadPly(const std::string& path);
@@ -81,11 +81,11 @@ Model loadPly(const std::string& path);
 // The whole file; ModelError if it cannot be read.
 std::string readFile(const std::string& path);
 
-// A PNG or JPEG picture; ModelError if it is none.
+// Decodes a PNG or JPEG picture; ModelError for other bytes.
 Texture decodePicture(const std::string& bytes);
 
-// The bytes of a file beside the model in `folder`. Not of others: a model must not read arbitrary
-// files. The ModelError names the file.
+// The bytes of a file beside the model in `folder`. Other files are refused, because a model must
+// not read arbitrary files. The ModelError names the file.
 std::string readBeside(const std::string& folder, const std::string& name);
 
 // The linear value of an sRGB one from 0 to 1.
@@ -95,9 +95,9 @@ float linearOf(float encoded);
 // completes the normals.
 void finish(Model& model);
 
-// Brings given normals to unit length and computes those that are missing (zero), from the
-// neighbouring triangles, but not across edges sharper than 50 degrees: a vertex there is split.
-// Indices must be in range, positions finite.
+// Normalises given normals, and computes missing (zero) normals from neighbouring triangles, but
+// not across edges sharper than 50 degrees; vertices there are split. Indices must be in range,
+// positions finite.
 void completeNormals(Model& model);
 
 } // namespace model

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Normals for vertices without one. A corner's normal is the area-weighted mean over the triangles
-// around its vertex that meet its own triangle at less than the crease angle; corners of one vertex
-// with equal normals share a vertex, the others get copies of it.
+// around its vertex that meet its own triangle at less than the crease angle. Corners of one vertex
+// with equal normals share a vertex; other corners get copies of it.
 #include "model.h"
 
 #include <cmath>
@@ -34,7 +34,7 @@ bool normalize(Vec3& v) {
 }
 
 struct Face {
-    Vec3 scaled; // normal, as long as the triangle is large
+    Vec3 scaled; // normal, with the triangle's area as length
     Vec3 unit;   // zero for a triangle without area
 };
 
@@ -148,8 +148,8 @@ void completeNormals(Model& model) {
     for (uint32_t v = 0; v < vertexCount; ++v) {
         const uint32_t* begin = corners.list.data() + corners.starts[v];
         const uint32_t* end = corners.list.data() + corners.starts[v + 1];
-        // A vertex that very many triangles share (the tip of a cone, or a file made to be slow)
-        // is smoothed whole: comparing all pairs would take forever.
+        // Vertices with more corners (the tip of a cone, or hostile files) get one common normal,
+        // because comparing all pairs would take too long.
         constexpr ptrdiff_t kMostCorners = 256;
         if (end - begin > kMostCorners)
             smoothVertex(model, v, begin, end, faces);

@@ -117,7 +117,7 @@ public:
         material.texture = entry->second;
         const Vec3& color = material.color;
         if (material.texture >= 0 && color.x + color.y + color.z == 0.0f)
-            material.color = {1.0f, 1.0f, 1.0f}; // files that mean the texture alone
+            material.color = {1.0f, 1.0f, 1.0f}; // files that use only the texture
         if (material.texture >= 0 && material.alpha == Alpha::kOpaque &&
             hasHoles(model_.textures[size_t(material.texture)]))
             material.alpha = Alpha::kCutOut;

@@ -46,7 +46,7 @@ struct JpegErrors {
 };
 
 // Reads the size, and with `rgba` the texels. False, with the text, if the library reports an
-// error. Owns no objects, because errors leave it by a jump.
+// error. Owns no objects, because errors leave it by longjmp.
 bool decompress(JpegErrors& errors, const std::string& bytes, unsigned& width, unsigned& height,
                 uint8_t* rgba) {
     jpeg_decompress_struct jpeg{};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // PLY files, ascii and binary of both byte orders. Elements other than "vertex" and "face" are
-// skipped. Counts in the header are not trusted: no memory is reserved beyond what the file's size
-// justifies. Source: Greg Turk's description of the format (1994).
+// skipped. Counts in the header are not trusted: the loader reserves only as much memory as the
+// file's size justifies. Source: Greg Turk's description of the format (1994).
 #include "model.h"
 
 #include <algorithm>
@@ -126,7 +126,7 @@ Header parseHeader(const std::string& text) {
     throw ModelError("PLY header: no end_header line");
 }
 
-// Reads numbers one after another; throws where the file ends too early.
+// Reads numbers one after another; throws if the file ends too early.
 class Reader {
 public:
     Reader(std::string_view text, Format format) : text_(text), format_(format) {}

@@ -281,7 +281,7 @@ void Steps::compileOnly(Phase phase) {
     }
 }
 
-// What CMake reads of verbose output.
+// Prints the lines of verbose output that CMake reads.
 void Steps::showVariables() const {
     const std::string root = toolkitRoot().string();
     const char* path = std::getenv("PATH");
@@ -343,7 +343,7 @@ void showHelp() {
 int start(const Words& words) {
     const CommandLine line = parse(words);
     if (line.showsVersion) {
-        // Build systems look for the first line and for the number behind "V".
+        // Build systems read the first line and the number after "V".
         std::puts("nvcc: NVIDIA (R) Cuda compiler driver, as Sunstone's front end over clang\n"
                   "Cuda compilation tools, release 13.0, V13.0.0");
         return 0;
@@ -363,7 +363,8 @@ int start(const Words& words) {
 
 // ---- the programs that clang calls, if it is the compiler itself ----
 
-// ptxas makes machine code of PTX; here the PTX stays. Both names of the options exist.
+// Stands for ptxas, which compiles PTX to machine code; here the PTX stays. Both names of the
+// options exist.
 int runAssembler(const Words& words) {
     std::string input, output;
     for (size_t i = 0; i < words.size(); ++i) {
@@ -384,7 +385,7 @@ int runAssembler(const Words& words) {
     return 0;
 }
 
-// fatbinary --create OUT --image=profile=compute_75,file=X...: of each architecture one image is
+// fatbinary --create OUT --image=profile=compute_75,file=X...: for each architecture, one image is
 // PTX.
 int packImages(const Words& words) {
     std::string output;

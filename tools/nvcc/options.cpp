@@ -305,8 +305,8 @@ std::vector<std::string> wordsOfFile(const std::string& path) {
     return words;
 }
 
-// Replaces --options-file FILE by its words, once for each level; depth ends files that name
-// themselves.
+// Replaces --options-file FILE by the words of the file. `depth` limits the nesting, because a file
+// may name itself.
 std::vector<std::string> expand(const std::vector<std::string>& words, int depth = 0) {
     if (depth > 8)
         refuse("Options files are nested too deeply");

@@ -98,7 +98,7 @@ Result examine(const std::string& text, const CheckOptions& options) {
         result.faults.push_back({severityName(d.severity), d.location, d.text});
     if (!result.module)
         return result;
-    // The widest rules: only code that every pipeline rejects is a fault.
+    // The most permissive rules: only code that every pipeline rejects is a fault.
     compiler::PipelineRules rules;
     rules.launchParams = options.launchParams;
     compiler::ModuleRules moduleRules;
@@ -154,7 +154,7 @@ void printJson(const Result& result, const CheckOptions& options) {
         out["kernels"] = kernelsOf(result);
         out["launchParamsSize"] = result.summary.launchParamsSize;
     }
-    // Names and messages quote the file, which may hold any bytes.
+    // Names and messages quote the file, which may contain any bytes.
     std::printf("%s\n", out.dump(2, ' ', true, Json::error_handler_t::replace).c_str());
 }
 

@@ -20,11 +20,12 @@ struct RunOptions {
 // Replaces this process by the command, with the libraries' folders in front of LD_LIBRARY_PATH.
 // With checks it waits for the command: 1 if anything was reported, else the command's exit code.
 int run(const RunOptions& options);
-// The reports of a checked run, from the lines that the libraries wrote (src/check/memory_check.h).
-// Prints a summary, writes the JSON file if requested; returns whether there were reports.
+// Evaluates the reports of a checked run, from the lines that the libraries wrote
+// (src/check/memory_check.h): prints a summary and writes the JSON file if requested. Returns
+// whether there were reports.
 bool summarize(const std::string& lines, const RunOptions& options);
 
-// Fills the disk cache for the GPUs of this machine; without one it says that nothing is to be done.
+// Fills the disk cache for the GPUs of this machine; without a GPU only prints a message.
 int warm();
 
 struct CheckOptions {
@@ -47,19 +48,19 @@ struct RenderOptions {
 };
 int render(const RenderOptions& options);
 
-// Where the libraries are; empty if this program was moved away from them.
+// The folders of the libraries; empty if this program was moved away from them.
 struct Folders {
     std::string lib;  // libnvoptix.so.1
     std::string cuda; // libcuda.so.1, libcudart
 };
 Folders findFolders();
 
-// `mpirun -n N sunstone run` of a program of the classic API, which does not use MPI itself: see
-// ranks.cpp.
+// Whether `mpirun -n N sunstone run` runs a program of the classic API that does not use MPI
+// itself; see ranks.cpp.
 bool runsOnRanks(const std::vector<std::string>& command);
-// This process's part in it; the program's exit code on rank 0.
+// Runs this process's rank; on rank 0, returns the program's exit code.
 int runOnRanks(const Folders& folders, const std::vector<std::string>& command);
-// The process of another rank: makes subframes for the program until the socket is closed.
+// The process of another rank: renders subframes for the program until the socket is closed.
 int serveNode(int socket, unsigned device);
 
 } // namespace sunstone::tool

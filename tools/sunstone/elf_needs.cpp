@@ -46,7 +46,7 @@ private:
     std::string bytes_;
 };
 
-// Where a run-time address is in the file; -1: nowhere.
+// The file offset of a run-time address; -1: none.
 uint64_t offsetOf(const Image& image, const Elf64_Ehdr& header, uint64_t address) {
     Elf64_Phdr segment;
     for (unsigned i = 0; i < header.e_phnum; ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which libraries a program names.
+// The libraries that a program needs.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace sunstone::tool {
 
-// The DT_NEEDED entries of an ELF file of 64 bits; none of anything else. `command` is looked for
-// in PATH as execvp does.
+// The DT_NEEDED entries of a 64-bit ELF file; empty for other files. Searches PATH for `command`,
+// as execvp does.
 std::vector<std::string> librariesOf(const std::string& command);
 
 } // namespace sunstone::tool

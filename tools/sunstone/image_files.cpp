@@ -57,7 +57,7 @@ struct JpegErrors {
 };
 
 // Writes all rows. False, with the text, if the library reports an error. Owns no objects, because
-// errors leave it by a jump.
+// errors leave it by longjmp.
 bool compress(JpegErrors& errors, std::FILE* file, unsigned width, unsigned height,
               const uint8_t* rgb) {
     constexpr int kQuality = 95;
@@ -80,7 +80,7 @@ bool compress(JpegErrors& errors, std::FILE* file, unsigned width, unsigned heig
     jpeg.in_color_space = JCS_RGB;
     jpeg_set_defaults(&jpeg);
     jpeg_set_quality(&jpeg, kQuality, TRUE);
-    for (int i = 0; i < jpeg.num_components; ++i) // colours as fine as brightness
+    for (int i = 0; i < jpeg.num_components; ++i) // no chroma subsampling
         jpeg.comp_info[i].h_samp_factor = jpeg.comp_info[i].v_samp_factor = 1;
     jpeg_start_compress(&jpeg, TRUE);
     while (jpeg.next_scanline < height) {
@@ -120,8 +120,8 @@ void putRgbe(uint8_t* to, const float* color) {
     to[3] = isBlack ? 0 : uint8_t(exponent + 128);
 }
 
-// Rows of widths from 8 to 32767 are marked, and hold one component after another in runs; a run of
-// at most 128 bytes begins with its length. Others are plain pixels.
+// Rows of widths from 8 to 32767 have a mark and store one component after another in runs. A run
+// of at most 128 bytes begins with its length. Other rows are plain pixels.
 void writeRow(std::FILE* file, unsigned width, const std::vector<uint8_t>& rgbe) {
     if (width < 8 || width > 32767) {
         std::fwrite(rgbe.data(), 1, rgbe.size(), file);

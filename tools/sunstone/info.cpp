@@ -26,7 +26,7 @@ std::string processorName() {
     return "unknown";
 }
 
-// Where a program would be found, or empty.
+// The path of a program found through PATH, or empty.
 std::string findProgram(const std::string& name) {
     const char* path = std::getenv("PATH");
     std::istringstream folders(std::string(path ? path : "") + ":/usr/local/cuda/bin");

@@ -81,7 +81,7 @@ int firstOfCommand(int argc, char** argv) {
     return std::min(i, argc);
 }
 
-// CLI11 names no unknown command, because it misses a command first.
+// CLI11 does not report unknown commands, because it first reports a missing command.
 bool isUnknownCommand(const CLI::App& app, int argc, char** argv) {
     if (argc < 2 || argv[1][0] == '-')
         return false;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // `mpirun -n N sunstone run PROGRAM`, where PROGRAM uses the classic API. The `sunstone run` of
-// each rank stays and starts one process: on rank 0 the program, on the others a node, which makes
-// subframes of the program's progressive launches (src/api/optix6/remote/node.cpp). It passes
-// frames between this process's socket and MPI. So neither the program nor the library knows MPI,
-// and a node that dies leaves its rank alive, which reports it; mpirun would end all ranks.
+// each rank starts one process: on rank 0 the program, on other ranks a node, which renders
+// subframes of the program's progressive launches (src/api/optix6/remote/node.cpp). `sunstone run`
+// passes frames between this process's socket and MPI, so neither the program nor the library uses
+// MPI. If a node dies, its rank lives on and reports the death; otherwise mpirun would end all
+// ranks.
 #include "api/optix6/remote/channel.h"
 #include "api/optix6/remote/frame.h"
 #include "commands.h"
@@ -32,8 +33,8 @@ namespace sunstone::tool {
 namespace {
 
 constexpr const char* kPlugin = "libsunstone_mpi.so";
-// FrameHeader::isLast of frames between the `sunstone run` of rank 0 and another: the program has
-// ended, and the answer, which is the last frame of the other.
+// Values of FrameHeader::isLast in frames between the `sunstone run` of rank 0 and that of another
+// rank: the program has ended; and the reply, which is the other rank's last frame.
 constexpr uint32_t kQuit = 2, kGone = 3;
 constexpr size_t kMostPending = 64 << 20; // bytes; a program that sends more waits
 constexpr int kSecondsToEnd = 20;
@@ -46,7 +47,7 @@ int numberOf(const char* variable) {
     return value && *value ? std::atoi(value) : -1;
 }
 
-// Of the process, as the launchers of MPI implementations tell it; size 1: there is none.
+// The rank and the number of ranks, from the environment of MPI launchers; size 1: no launcher.
 struct Place {
     int rank = 0, size = 1, localRank = 0;
 };
@@ -66,7 +67,7 @@ class Relay {
 public:
     Relay(pid_t child, int socket, const SunstoneTransport& transport)
         : child_(child), socket_(socket), mpi_(transport) {}
-    // Until the program has ended; the exit code.
+    // Relays until the program has ended; returns its exit code.
     int run();
 
 private:
@@ -94,7 +95,7 @@ void Relay::sendFrame(uint32_t rank, uint32_t mark, const void* data, size_t siz
     mpi_.send(int(rank), bytes.data(), bytes.size());
 }
 
-// True: there were bytes.
+// Returns whether there were bytes.
 bool Relay::readSocket() {
     if (socket_ < 0 || mpi_.pending() > kMostPending)
         return false;
@@ -156,7 +157,7 @@ void Relay::writeSocket() {
     written_ = 0;
 }
 
-// Takes note of the end of the child.
+// Handles the end of the child.
 void Relay::reap() {
     if (hasEnded_ || waitpid(child_, &status_, WNOHANG) != child_)
         return;
@@ -182,7 +183,7 @@ void Relay::reap() {
     sendFrame(0, 1, news.data(), news.size());
 }
 
-// Ends the other ranks, or this rank's node. MPI ends when nothing is under way.
+// Ends the other ranks, or this rank's node. MPI may end only when no message is in flight.
 void Relay::finish() {
     if (!isApplication() && !hasEnded_) {
         close(socket_);
@@ -233,7 +234,7 @@ int Relay::run() {
         const std::string value = std::to_string(socket) + ":" + std::to_string(place.size) + ":" +
                                   std::to_string(parent);
         setenv("SUNSTONE_RANKS", value.c_str(), 1);
-        // What the program starts is no rank.
+        // Processes that the program starts are not ranks.
         for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE"})
             unsetenv(variable);
     } else {
@@ -273,7 +274,7 @@ int runOnRanks(const Folders& folders, const std::vector<std::string>& command) 
         throw std::runtime_error(std::string("run: socketpair: ") + std::strerror(errno));
     const Place place = placeOfProcess();
     const pid_t parent = getpid();
-    // Before MPI starts threads.
+    // The fork must precede MPI's threads.
     const pid_t child = fork();
     if (child < 0)
         throw std::runtime_error(std::string("run: fork: ") + std::strerror(errno));

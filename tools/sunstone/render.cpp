@@ -55,7 +55,7 @@ HostScene convert(const model::Model& source, bool zUp) {
     return scene;
 }
 
-// The floor has no looks of its own: white, and any place of no texture.
+// The floor has no colours or texture coordinates: it gets white and arbitrary coordinates.
 void completeLooks(HostScene& scene) {
     if (!scene.colors.empty())
         scene.colors.resize(scene.positions.size(), {1.0f, 1.0f, 1.0f, 1.0f});

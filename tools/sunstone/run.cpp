@@ -83,7 +83,7 @@ int runChecked(const RunOptions& options) {
             _exit(127);
         }
     }
-    // A terminal sends these signals to both processes; the command handles them.
+    // A terminal sends these signals to both processes, and the command handles them.
     std::signal(SIGINT, SIG_IGN);
     std::signal(SIGQUIT, SIG_IGN);
     int status = 0;

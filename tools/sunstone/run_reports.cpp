@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reports of a checked run, for people and for scripts.
+// Prints the reports of a checked run, as text and as JSON.
 #include "commands.h"
 
 #include <nlohmann/json.hpp>

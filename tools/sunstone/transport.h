@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plug-in of `sunstone run` for MPI, libsunstone_mpi.so: the only code that includes MPI. MPI
-// implementations have different binary interfaces, so the plug-in is built on the machine of the
-// MPI that it uses, and is missing where there is none.
+// The plug-in of `sunstone run` for MPI, libsunstone_mpi.so, is the only code that includes MPI.
+// MPI implementations have different ABIs, so the plug-in is built on the machine of the MPI that
+// it uses, and only if there is an MPI.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@ struct SunstoneTransport {
     int rank, size;
     // Queues a copy of the bytes. False: the other rank cannot be reached.
     bool (*send)(int rank, const void* data, size_t size);
-    // A message that has come: its bytes, until the next call. False: there is none.
+    // Receives a message; its bytes are valid until the next call. False: there is none.
     bool (*receive)(int* rank, const void** data, size_t* size);
-    size_t (*pending)(); // bytes that are queued and have not left
+    size_t (*pending)(); // queued bytes that are not sent
     void (*close)();     // waits for all ranks
 };
-// Null: MPI does not start.
+// Null if MPI cannot start.
 const SunstoneTransport* sunstone_open_transport();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `sunstone warm`, for installers: later processes find the machine code of the library's own
-// kernels in the disk cache (OPTIX_CACHE_PATH, or the default of the user who runs it).
+// `sunstone warm`, for installers: stores the machine code of the library's own kernels in the disk
+// cache for later processes (OPTIX_CACHE_PATH, or the default of the user who runs it).
 #include "commands.h"
 
 #include "device/cuda/driver.h"
@@ -18,8 +18,8 @@
 namespace sunstone::tool {
 namespace {
 
-// This program is linked to find the CPU device's libcuda. That of a GPU's driver, loaded before
-// by its path, is what all later requests for the name get.
+// The run path of this program leads to the CPU device's libcuda. Loading the libcuda of a GPU's
+// driver by its path first makes all later requests for the name return it.
 void loadDriver() {
     std::vector<std::string> folders;
     if (const char* path = std::getenv("LD_LIBRARY_PATH")) {

@@ -30,7 +30,7 @@ OptixAccelBuildOptions buildOptions(unsigned flags) {
     return options;
 }
 
-// Buffers that are used again in each frame.
+// Buffers that each frame reuses.
 struct Rebuild {
     OptixDeviceContext context = nullptr;
     OptixAccelBuildOptions options = {};
@@ -61,7 +61,8 @@ struct Rebuild {
 };
 constexpr unsigned kFlags = OPTIX_GEOMETRY_FLAG_DISABLE_ANYHIT;
 
-// All structures, each of a part of the vertices, then the one above them.
+// Builds all structures, each of a part of the vertices, then the structure of instances above
+// them.
 void buildThousand(Rebuild& r, Job& job) {
     for (size_t i = 0; i < r.records.size(); ++i) {
         Triangles part = r.triangles;

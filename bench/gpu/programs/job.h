@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole program of bench_programs: what it compiles, its scene and what a frame of it is. The
-// makers in paths.cpp, surfaces.cpp and so on build one from scratch; run.cpp measures it.
+// A whole program of bench_programs: its pipeline, its scene and its frame. The makers in
+// paths.cpp, surfaces.cpp and so on build one from scratch; run.cpp measures it.
 #pragma once
 
 #include "device/shared.h"
@@ -54,7 +54,7 @@ private:
 };
 
 struct Job {
-    // What the pipeline is made of.
+    // The parts of the pipeline.
     std::string_view ptx;
     unsigned payloadValues = 3, attributeValues = 2;
     unsigned primitives = unsigned(OPTIX_PRIMITIVE_TYPE_FLAGS_TRIANGLE);
@@ -75,7 +75,7 @@ struct Job {
     std::function<void(Job&)> prepare;
     unsigned frame = 0; // counts
 
-    // What the scene lives in.
+    // The memory of the scene.
     std::vector<DeviceBuffer> buffers;
     std::vector<Accel> structures;
     std::vector<Texture> textures;
@@ -95,8 +95,9 @@ struct JobKind {
     const char* name;
     const char* summary;
     Job (*make)(OptixDeviceContext, const JobSettings&);
-    // Of pictures: the difference of their means, and the mean difference of pixels, both over the
-    // mean. Paths that part at a rounding make pixels differ, but hardly means.
+    // Tolerances of pictures, relative to the mean: the difference of the means, and the mean
+    // difference of pixels. Paths that diverge by rounding make pixels differ, but hardly the
+    // means.
     double meanTolerance, pixelTolerance;
 };
 // All, in the order of the report.
@@ -119,7 +120,7 @@ public:
     JobPipeline& operator=(const JobPipeline&) = delete;
     ~JobPipeline();
 
-    // From the text to stack sizes, in milliseconds.
+    // Milliseconds from the text to the stack sizes.
     double compileTime() const { return compileTime_; }
     void launch(const ProgramParams& params, unsigned width, unsigned height);
 

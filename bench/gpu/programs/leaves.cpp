@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaves whose outlines are in a texture: with an any-hit program alone, and with opacity
-// micromaps.
+// Leaves whose outlines are in a texture: with only an any-hit program, and with opacity micromaps.
 #include "scene.h"
 
 #include "foliage.h"

@@ -15,7 +15,7 @@ namespace {
 
 constexpr unsigned kSide = 8; // densities across a brick
 
-// Bricks of a cube whose smoke is neither none nor hidden: those near waves.
+// Bricks of a cube with visible smoke: those near waves.
 std::vector<Item> bricksOf(unsigned across, std::vector<float>& grid) {
     std::vector<Item> bricks;
     const float size = 2.0f / float(across);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole programs, as applications write them, on the OptiX library that the loader finds: time to
-// compile, from the start of the process to the picture, of frames; and the pictures, which a
-// second library's are compared with.
+// Whole programs, as applications write them, on the OptiX library that the loader finds. Measures
+// compile time, time from process start to picture, and frame time, and compares the pictures of
+// two libraries.
 //   bench_programs --all --label reference --out FOLDER    with the other library
 //   bench_programs --all --out FOLDER                      with Sunstone
 //   bench_programs --report FOLDER                         the table; 1 if pictures differ

@@ -37,7 +37,8 @@ Job triangles(OptixDeviceContext context, const JobSettings& settings) {
     return job;
 }
 
-// By turns a matrix that shifts the child, and one that turns it by 30 degrees.
+// Alternates between a matrix transform that shifts the child and an SRT transform that rotates it
+// by 30 degrees.
 std::vector<OptixTraversableHandle> transforms(OptixDeviceContext context, Job& job,
                                                OptixTraversableHandle child, size_t count) {
     constexpr size_t kStride = (sizeof(OptixSRTMotionTransform) + 63) / 64 * 64;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each program twice, in processes of its own: with empty caches of OptiX and of the driver, then
-// with what the first process left there.
+// Runs each program in two processes: with empty caches of OptiX and of the driver, then with the
+// caches that the first process has filled.
 #include "run.h"
 
 #include <sys/wait.h>
@@ -19,7 +19,7 @@ namespace {
 std::vector<std::string> commandFor(const char* program, const JobKind& kind,
                                     const RunSettings& settings, const std::string& phase) {
     const auto number = [](auto value) { return std::to_string(value); };
-    // Frames with empty caches are those of other runs: one is enough.
+    // Frame times do not depend on caches, so one frame with empty caches suffices.
     const unsigned repeats = phase == "cold" ? 0 : settings.repeats;
     return {program,
             "--program",
@@ -57,7 +57,7 @@ std::vector<std::string> commandFor(const char* program, const JobKind& kind,
     _exit(127);
 }
 
-// Empty if the process ended well; else what became of it.
+// Empty if the process succeeded; else a description of its end.
 std::string waitFor(pid_t child, unsigned seconds) {
     for (unsigned waited = 0;; waited += 5) {
         int status = 0;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A library with the name and functions of the PTX compiler that comes with a GPU's driver. It
-// shows each pipeline to ptxas for compute capability 9.0 and prints registers, frame, spills, size
-// and time. Its machine code is the text, which the CPU device runs: that shows what ptxas makes of
-// the programs on a machine without a GPU. docs/notes/programs-gpu.md has the command and a table.
-// With SUNSTONE_KEEP_PTX set, texts, code and logs stay in folders /tmp/sunstone_ptxas_*.
+// compiles each pipeline with ptxas for compute capability 9.0 and prints registers, frame, spills,
+// size and time. It returns the text as machine code, which the CPU device runs. This shows the
+// results of ptxas on a machine without a GPU. docs/notes/programs-gpu.md has the command and a
+// table. With SUNSTONE_KEEP_PTX set, texts, code and logs stay in folders /tmp/sunstone_ptxas_*.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two libraries' results side by side: ratios of times, above 1 the second is faster, bars, and
-// whether the pictures agree.
+// Compares two libraries' results: ratios of times (above 1 the second library is faster), bars,
+// and pictures.
 #include "run.h"
 
 #include <nlohmann/json.hpp>

@@ -17,18 +17,19 @@ struct RunSettings {
     std::string phase = "warm";                      // "cold": caches are empty
     std::vector<std::string> names;                  // empty: all
     unsigned repeats = 5, seconds = 600, limit = 60; // of all programs; of one process
-    long long started = 0; // CLOCK_MONOTONIC in ns when the process was asked for; 0: not known
+    long long started = 0; // CLOCK_MONOTONIC in ns at the start of the process; 0: unknown
 };
 
 const JobKind& jobNamed(const std::string& name);
 
-// In this process: builds, compiles, renders, writes OUT/NAME.LABEL.PHASE.json and, where warm, the
-// picture.
+// Runs in this process: builds, compiles, renders, and writes OUT/NAME.LABEL.PHASE.json and, in the
+// phase "warm", the picture.
 void runJob(const JobKind& kind, const RunSettings& settings);
-// Each program in two processes of `program`, the first with empty caches. Returns how many failed.
+// Runs each job in two processes of `program`, the first with empty caches. Returns the number of
+// failures.
 int runAll(const char* program, const RunSettings& settings);
-// The table of two labels' results in a folder, and OUT/report.json. Returns how many programs
-// failed or have pictures that differ too much.
+// The table of two labels' results in a folder, and OUT/report.json. Returns the number of programs
+// that failed or whose pictures differ too much.
 int reportRuns(const std::string& out, const std::string& reference, const std::string& ours);
 
 long long monotonicNow();

@@ -18,9 +18,9 @@ struct MaterialMesh {
     std::vector<Look> looks; // without addresses
 };
 
-// A closed room with a lamp under its ceiling and 75 rocks of the materials; `colors`: how many of
-// rocks and walls; 0: matt walls, and matt, mirror, glass and glossy rocks. `isMirror`: walls that
-// mirror.
+// A closed room with a lamp under its ceiling and 75 rocks of the materials. `colors`: the number
+// of colours of rocks and walls; 0: matt walls, and matt, mirror, glass and glossy rocks.
+// `isMirror`: mirror walls.
 MaterialMesh makeRoom(unsigned triangles, unsigned colors, bool isMirror = false);
 
 // Lamp, camera and offsets for the room.
@@ -28,7 +28,7 @@ void lightRoom(Job& job, const JobSettings& settings);
 // Sun, sky and the camera of a generated mesh.
 void lightOutside(Job& job, const Mesh& mesh, const JobSettings& settings);
 
-// Uploads a mesh, builds its structure, which the job's launch parameters then name, and adds
+// Uploads a mesh, builds its structure, stores the handle in the job's launch parameters, and adds
 // `recordsPerMaterial` records for each material, in the order of hit groups.
 void addRoom(OptixDeviceContext context, Job& job, const MaterialMesh& mesh,
              unsigned recordsPerMaterial);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies by a whole group, complete after a wait; this implementation copies at once.
+// Copies by a whole group. CUDA completes them at the wait at the latest; this implementation
+// copies in the call.
 #ifndef SUNSTONE_COOPERATIVE_GROUPS_MEMCPY_ASYNC_H
 #define SUNSTONE_COOPERATIVE_GROUPS_MEMCPY_ASYNC_H
 

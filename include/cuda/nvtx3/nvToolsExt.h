@@ -19,7 +19,7 @@
 #define NVTX_ERR_INIT_MISSING_LIBRARY_ENTRY_POINT 5
 #define NVTX_ERR_INIT_FAILED_LIBRARY_ENTRY_POINT 6
 #define NVTX_ERR_NO_INJECTION_LIBRARY_AVAILABLE 7
-// What pushes and pops return without a tool.
+// Result of pushes and pops without a tool.
 #define NVTX_NO_PUSH_POP_TRACKING ((int)-2)
 
 typedef uint64_t nvtxRangeId_t;

@@ -104,7 +104,7 @@ public:
     using value_type = nvtxMessageValue_t;
     message(char const* text) noexcept : type_(NVTX_MESSAGE_TYPE_ASCII) { value_.ascii = text; }
     message(std::string const& text) noexcept : message(text.c_str()) {}
-    message(std::string&&) = delete; // its text would be gone
+    message(std::string&&) = delete; // its text would be freed
     message(wchar_t const* text) noexcept : type_(NVTX_MESSAGE_TYPE_UNICODE) {
         value_.unicode = text;
     }
@@ -198,7 +198,7 @@ public:
     explicit scoped_range_in(Args const&... args) noexcept
         : scoped_range_in(event_attributes(args...)) {}
     scoped_range_in() noexcept {}
-    ~scoped_range_in() noexcept {} // so that an unused range is no warning
+    ~scoped_range_in() noexcept {} // avoids warnings of unused ranges
     scoped_range_in(scoped_range_in const&) = delete;
     scoped_range_in& operator=(scoped_range_in const&) = delete;
     void* operator new(std::size_t) = delete;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Less common questions about devices, of the driver API; included by cuda.h. */
+/* Less common device queries of the driver API; included by cuda.h. */
 #ifndef SUNSTONE_DRIVER_DEVICES_H
 #define SUNSTONE_DRIVER_DEVICES_H
 

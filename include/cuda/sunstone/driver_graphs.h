@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Graphs and stream capture of the driver API; part of cuda.h. What the functions do: the CUDA
- * driver API's sections on graph management and stream management. */
+ * Graphs and stream capture of the driver API; part of cuda.h. Source: CUDA driver API, sections on
+ * graph management and stream management. */
 #ifndef SUNSTONE_DRIVER_GRAPHS_H
 #define SUNSTONE_DRIVER_GRAPHS_H
 

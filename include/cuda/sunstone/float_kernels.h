@@ -142,7 +142,7 @@ SUNSTONE_DEVICE float expTimesPower(float t, int n) {
     const int half = n >> 1;
     return (smallExpMinus1(t) + 1.0f) * powerOfTwo(half) * powerOfTwo(n - half);
 }
-// x where it is between the two, which are beyond the range of the result; a NaN stays.
+// x clamped to an interval that exceeds the range of the result; a NaN stays.
 SUNSTONE_DEVICE float clampExponent(float x, float low, float high) {
     const float y = x < low ? low : x;
     return y > high ? high : y;
@@ -194,7 +194,7 @@ SUNSTONE_DEVICE float logTail(float f) {
     const float z = f * f;
     return __builtin_fmaf(z * f, p, -0.5f * z);
 }
-// The logarithms of what is not positive or not finite.
+// False for numbers that are not positive or not finite.
 SUNSTONE_DEVICE bool hasLogarithm(float x) {
     return x > 0 && x < infinityF();
 }
@@ -229,8 +229,8 @@ SUNSTONE_MATH float logarithm10(float x) {
 
 // ---- powers -----------------------------------------------------------------------------------
 
-// x^y for positive finite x and finite y. The logarithm is a pair: the product with y may be 2^7
-// times as large as its error may be.
+// x^y for positive finite x and finite y. The logarithm is a pair, because the product with y
+// magnifies its error up to 2^7 times.
 SUNSTONE_DEVICE float positivePower(float x, float y) {
     const Mantissa m = splitFloat(x);
     // log2(1 + f) = 2 / ln 2 * atanh(s), s = f / (2 + f)
@@ -298,7 +298,7 @@ SUNSTONE_MATH float arcTangent2(float y, float x) {
     const float sizeX = absolute(x), sizeY = absolute(y);
     const bool isSteep = sizeY > sizeX;
     const float low = isSteep ? sizeX : sizeY, high = isSteep ? sizeY : sizeX;
-    // Both zero: 0; both infinite: 1. The quotient of large numbers may be subnormal, not wrong.
+    // Both zero: 0; both infinite: 1. A quotient of large numbers may be subnormal, but is correct.
     const float t = high == 0 ? 0.0f : low == high ? 1.0f : low / high;
     float a = smallArcTangent(t);
     a = isSteep ? 0x1.921fb6p+0f - (a + 0x1.777a5cp-25f) : a;
@@ -313,7 +313,7 @@ SUNSTONE_DEVICE float arcSineTail(float t, float z) {
     p = __builtin_fmaf(p, z, 0x1.5555cap-3f);
     return z * t * p;
 }
-// The half of what is left to 1, whose root is the sine of half the angle that is left to pi/2.
+// Uses half of 1 - x, whose root is the sine of half the angle between the result and pi/2.
 SUNSTONE_MATH float arcSine(float x) {
     const float size = absolute(x), rest = __builtin_fmaf(-0.5f, size, 0.5f);
     const bool isLarge = size > 0.5f;
@@ -365,7 +365,7 @@ SUNSTONE_MATH float hyperbolicTangent(float x) {
     return withSign(__builtin_fmaf(-2.0f, 1.0f / (exponentialTimes(2 * size, 0) + 1.0f), 1.0f), x);
 }
 
-// Scaled by a power of two, so that squares neither overflow nor vanish.
+// Scaled by a power of two, so that squares do not overflow or underflow.
 SUNSTONE_MATH float hypotenuse(float x, float y) {
     const float a = absolute(x), b = absolute(y);
     if (a == infinityF() || b == infinityF())

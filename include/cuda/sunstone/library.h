@@ -24,7 +24,7 @@ static __inline__ __device__ __attribute__((noreturn)) void
 __assert_fail(const char* text, const char* file, unsigned int line, const char* function) {
     __assertfail(text, file, line, function, sizeof(char));
 }
-// What tables of abstract classes hold in place of functions.
+// The placeholder for pure virtual functions in tables of abstract classes.
 #ifdef __cplusplus
 __inline__ __device__ __attribute__((weak, noreturn)) void __cxa_pure_virtual() {
     __builtin_trap();

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The types of one 16-bit format and their conversions. Included once for each format, by a header
-// that defines SUNSTONE_NARROW and SUNSTONE_NARROW2 (the types), SUNSTONE_WORD and SUNSTONE_WORD2
-// (the words in the names of functions), SUNSTONE_FRACTION (bits of the fraction), SUNSTONE_WIDEN
-// (bits to float) and SUNSTONE_NEAREST (float to bits, to nearest).
+// that defines
+//
+//   SUNSTONE_NARROW, SUNSTONE_NARROW2   the types
+//   SUNSTONE_WORD, SUNSTONE_WORD2       the words in the names of functions
+//   SUNSTONE_FRACTION                   bits of the fraction
+//   SUNSTONE_WIDEN                      bits to float
+//   SUNSTONE_NEAREST                    float to bits, to nearest
 #define SUNSTONE_PASTE_(a, b, c) a##b##c
 #define SUNSTONE_PASTE(a, b, c) SUNSTONE_PASTE_(a, b, c)
 #define SUNSTONE_RAW SUNSTONE_PASTE(SUNSTONE_NARROW, _raw, )

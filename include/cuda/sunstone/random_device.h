@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the parts of curand_kernel.h share.
+// Definitions shared by the generators of curand_kernel.h.
 #ifndef SUNSTONE_RANDOM_DEVICE_H
 #define SUNSTONE_RANDOM_DEVICE_H
 
@@ -10,7 +10,7 @@
 #endif
 #define SUNSTONE_RANDOM QUALIFIERS
 
-// Forgets the second number of a pair of normal ones.
+// Drops the second number of a pair of normal ones.
 template <class State>
 SUNSTONE_RANDOM void sunstoneForgetNormal(State* state) {
     state->boxmuller_flag = 0;

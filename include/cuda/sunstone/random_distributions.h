@@ -187,7 +187,7 @@ static __device__ __noinline__ unsigned int sunstonePoisson(double u, double mea
     }
     double part = exp(-mean), sum = part;
     unsigned int k = 0;
-    while (u > sum && k < 1000u) { // 1000 is beyond any probability that a double can express
+    while (u > sum && k < 1000u) { // no double expresses a probability beyond 1000
         ++k;
         part *= mean / k;
         sum += part;
@@ -195,7 +195,7 @@ static __device__ __noinline__ unsigned int sunstonePoisson(double u, double mea
     return k;
 }
 
-// ---- What all generators have -------------------------------------------------------------------
+// ---- Functions of all generators ----------------------------------------------------------------
 #define SUNSTONE_DERIVED(state_t)                                                                  \
     SUNSTONE_RANDOM float curand_log_normal(state_t* state, float mean, float deviation) {         \
         return expf(mean + deviation * curand_normal(state));                                      \

@@ -11,7 +11,7 @@ typedef struct curandStatePhilox4_32_10 {
     uint4 ctr;
     uint4 output; // of ctr
     uint2 key;
-    unsigned int STATE; // numbers of output that were taken
+    unsigned int STATE; // numbers of output already taken
     int boxmuller_flag;
     int boxmuller_flag_double;
     float boxmuller_extra;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What NVRTC has without an include, beyond cuda_runtime.h: assert and the conditions of <nv/target>.
+// Names that NVRTC predefines, beyond cuda_runtime.h: assert and the conditions of <nv/target>.
 #ifndef SUNSTONE_RTC_H
 #define SUNSTONE_RTC_H
 

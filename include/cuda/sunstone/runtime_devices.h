@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Less common questions about devices, and settings without effect, of the runtime API; part of
- * cuda_runtime_api.h. What the functions do: the CUDA runtime API's section on device management.
- */
+ * Less common device queries, and settings without effect, of the runtime API; part of
+ * cuda_runtime_api.h. Source: CUDA runtime API, section on device management. */
 #ifndef SUNSTONE_RUNTIME_DEVICES_H
 #define SUNSTONE_RUNTIME_DEVICES_H
 

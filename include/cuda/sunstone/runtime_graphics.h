@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The runtime API's share in graphics interoperability; part of cuda_runtime_api.h. All functions
-// return cudaErrorNotSupported: no graphics library shares memory with the CPU device, and over a
-// GPU's driver libcudart does not forward them.
+// Graphics interoperability of the runtime API; part of cuda_runtime_api.h. All functions return
+// cudaErrorNotSupported: the CPU device shares no memory with graphics libraries, and libcudart
+// does not forward the calls to a GPU's driver.
 #ifndef SUNSTONE_RUNTIME_GRAPHICS_H
 #define SUNSTONE_RUNTIME_GRAPHICS_H
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Graphs and stream capture of the runtime API; part of cuda_runtime_api.h. What the functions do:
- * the CUDA runtime API's sections on graph management and stream management. */
+ * Graphs and stream capture of the runtime API; part of cuda_runtime_api.h. Source: CUDA runtime
+ * API, sections on graph management and stream management. */
 #ifndef SUNSTONE_RUNTIME_GRAPHS_H
 #define SUNSTONE_RUNTIME_GRAPHS_H
 

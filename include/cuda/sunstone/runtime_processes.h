@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Memory and events shared between processes; part of cuda_runtime_api.h. All functions return
- * cudaErrorNotSupported. They are declared so that programs compile which only use them with
- * several processes. */
+ * cudaErrorNotSupported. The declarations let programs compile that call them only with several
+ * processes. */
 #ifndef SUNSTONE_RUNTIME_PROCESSES_H
 #define SUNSTONE_RUNTIME_PROCESSES_H
 

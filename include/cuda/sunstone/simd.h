@@ -100,8 +100,7 @@ SUNSTONE_WORDS_OF(4, signed char, unsigned char)
 #undef SUNSTONE_SUM_LANES
 #undef SUNSTONE_COMPARE_LANES
 
-// ---- clamped sums, maximum and minimum of two or three
-// --------------------------------------------
+// ---- clamped sums, maximum and minimum of two or three -----------------------------------------
 SUNSTONE_DEVICE int __sunstone_largest(int a, int b) { return a > b ? a : b; }
 SUNSTONE_DEVICE int __sunstone_least(int a, int b) { return a < b ? a : b; }
 SUNSTONE_DEVICE unsigned int __sunstone_largest(unsigned int a, unsigned int b) { return a > b ? a : b; }

@@ -30,8 +30,8 @@ SUNSTONE_MATH Pair squareQuarter(double x, double sign) { // sign * x * x / 4
     return {sign * 0.25 * p, sign * 0.25 * __fma_rn(x, x, -p)};
 }
 
-// The sum of q^k / (k! (k + order)!) for order 0 or 1, and, if `weighted` is given, the same with
-// each term times H(k) + H(k + order), the sums of 1/i up to k and k + order.
+// The sum of q^k / (k! (k + order)!) for order 0 or 1. `weighted`, if given, receives the same sum
+// with each term times H(k) + H(k + order), where H(n) is the sum of 1/i up to n.
 SUNSTONE_MATH Pair besselSeries(Pair q, int order, Pair* weighted) {
     Pair term = {1, 0}, sum = term, harmonic = {(double)order, 0}, other = harmonic;
     for (int k = 1; k < 400; ++k) {
@@ -343,8 +343,7 @@ SUNSTONE_DEVICE float rnorm4df(float x, float y, float z, float w) {
     return (float)rnorm4d((double)x, (double)y, (double)z, (double)w);
 }
 
-// ---- further names for functions of other headers
-// ------------------------------------------------
+// ---- further names for functions of other headers ----------------------------------------------
 SUNSTONE_DEVICE double scalbln(double x, long n) {
     return ldexp(x, n > 100000 ? 100000 : n < -100000 ? -100000 : (int)n);
 }

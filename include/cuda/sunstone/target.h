@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The conditions of <nv/target> for code that is compiled for devices alone, as NVRTC's is: each is
-// 1 or 0, and NV_IF_TARGET takes one of two pieces of code in parentheses. A toolkit's <nv/target>
-// steps aside. Source: CCCL documentation, "nv/target".
+// 1 or 0, and NV_IF_TARGET selects one of two pieces of code in parentheses. The include guard
+// __NV_TARGET_H disables a toolkit's <nv/target>. Source: CCCL documentation, "nv/target".
 #ifndef SUNSTONE_TARGET_H
 #define SUNSTONE_TARGET_H
 #ifndef __NV_TARGET_H
@@ -11,7 +11,7 @@
 #define NV_IS_DEVICE 1
 #define NV_ANY_TARGET 1
 #define NV_NO_TARGET 0
-// Features of one architecture alone, which code for a family does not have.
+// Features of a single architecture, which code for a family lacks.
 #define NV_HAS_FEATURE_SM_90a 0
 #define NV_HAS_FEATURE_SM_100a 0
 #define NV_HAS_FEATURE_SM_101a 0
@@ -256,7 +256,8 @@
 #define NV_IS_EXACTLY_SM_121 0
 #endif
 
-// Code stands in parentheses or without: OPEN is called, or stays, and goes with the NO in front.
+// Code may be in parentheses. OPEN is then called; otherwise its name remains, and the prefix NO_
+// removes it.
 #define SUNSTONE_TARGET_OPEN(...) SUNSTONE_TARGET_OPEN __VA_ARGS__
 #define NO_SUNSTONE_TARGET_OPEN
 #define SUNSTONE_TARGET_CUT_(...) NO_##__VA_ARGS__
@@ -267,14 +268,14 @@
 #define SUNSTONE_TARGET_IF_1(yes, ...) SUNSTONE_TARGET_BLOCK(yes)
 #define SUNSTONE_TARGET_IF_0(yes, no, ...) SUNSTONE_TARGET_BLOCK(no)
 
-// NV_IF_TARGET(condition, (code), (code otherwise)); the last may be missing.
+// NV_IF_TARGET(condition, (code), (other code)); the last may be missing.
 #define NV_IF_TARGET(condition, ...)                                                               \
     SUNSTONE_TARGET_JOIN(SUNSTONE_TARGET_IF_, condition)(__VA_ARGS__, (), )
 #define NV_IF_ELSE_TARGET(condition, yes, no)                                                      \
     SUNSTONE_TARGET_JOIN(SUNSTONE_TARGET_IF_, condition)(yes, no, )
 
-// NV_DISPATCH_TARGET(condition, (code), condition, (code), ...): the code of the first condition
-// that holds. Macros do not call themselves, so that each pair has macros of its own.
+// NV_DISPATCH_TARGET(condition, (code), condition, (code), ...): the code of the first true
+// condition. Macros cannot call themselves, so each pair has macros of its own.
 #define NV_DISPATCH_TARGET(...) SUNSTONE_TARGET_PAIR_0(__VA_ARGS__, 1, (), )
 #define SUNSTONE_TARGET_PAIR_0(condition, code, ...)                                                \
     SUNSTONE_TARGET_JOIN(SUNSTONE_TARGET_TAKE_0_, condition)(code, __VA_ARGS__)

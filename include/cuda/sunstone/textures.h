@@ -10,7 +10,7 @@
 
 #define SUNSTONE_TEX static __inline__ __device__
 
-// How a texel type is composed of words. `isFloat`: the sampler returns floats.
+// The composition of a texel type from words. `isFloat`: the sampler returns floats.
 template <class T> struct sunstone_texel;
 #define SUNSTONE_TEXEL1(T, M, isF)                                                                 \
     template <> struct sunstone_texel<T> {                                                         \
@@ -104,7 +104,7 @@ SUNSTONE_TEXEL_OF_ONE(uchar1, unsigned char, false)
         }                                                                                          \
         return sunstone_texel<T>::from(w);                                                         \
     }                                                                                              \
-    /* Whether the texels lie in memory: only those of sparse arrays may not. PTX 7.1. */          \
+    /* Whether the texels are in memory; false only for sparse arrays. PTX 7.1. */                 \
     template <class T> SUNSTONE_TEX T name SUNSTONE_AND_RESIDENT params {                          \
         unsigned w[4], resident;                                                                   \
         if (sunstone_texel<T>::isFloat) {                                                          \

@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: Apache-2.0
-// The other name of optix_defines.h.
+// Second name of optix_defines.h.
 #include "optix_defines.h"

@@ -17,8 +17,8 @@
 namespace optix {
 #endif
 
-/* A ray: the points origin + t * direction with tmin < t < tmax. ray_type chooses the programs of a
-   material and the miss program. C sources see it without a namespace and without constructors. */
+/* A ray: the points origin + t * direction with tmin < t < tmax. ray_type selects the programs of a
+   material and the miss program. In C it has no namespace and no constructors. */
 typedef struct Ray {
 #ifdef __cplusplus
     RT_HOSTDEVICE Ray() {}

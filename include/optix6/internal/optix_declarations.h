@@ -118,7 +118,7 @@ typedef enum {
     RT_OBJECTTYPE_UNSIGNED_LONG_LONG4
 } RTobjecttype;
 
-// How texture coordinates outside the texture are read.
+// Reading of texture coordinates outside the texture.
 typedef enum {
     RT_WRAP_REPEAT,
     RT_WRAP_CLAMP_TO_EDGE,
@@ -129,7 +129,7 @@ typedef enum {
 // Filters of texture samplers.
 typedef enum { RT_FILTER_NEAREST, RT_FILTER_LINEAR, RT_FILTER_NONE } RTfiltermode;
 
-// What texture fetches convert to.
+// Conversion of texture fetches.
 typedef enum {
     RT_TEXTURE_READ_ELEMENT_TYPE = 0,
     RT_TEXTURE_READ_NORMALIZED_FLOAT = 1,
@@ -173,7 +173,7 @@ typedef enum {
     RT_BUFFER_CUBEMAP = 0x400000
 } RTbufferflag;
 
-// What a mapping is for.
+// Purpose of a mapping.
 typedef enum {
     RT_BUFFER_MAP_READ = 0x1,
     RT_BUFFER_MAP_READ_WRITE = 0x2,
@@ -240,7 +240,7 @@ typedef enum {
     RT_ERROR_UNKNOWN = ~0
 } RTresult;
 
-// Attributes of remote devices. The reference of release 6.0 names the functions alone; the values
+// Attributes of remote devices. The reference of release 6.0 names only the functions; the values
 // are those of releases 4 and 5.
 typedef enum {
     RT_REMOTEDEVICE_ATTRIBUTE_CLUSTER_URL = 0,
@@ -312,7 +312,7 @@ typedef enum {
     RT_BUFFER_ATTRIBUTE_STREAM_GAMMA
 } RTbufferattribute;
 
-// What happens outside a motion range.
+// Behaviour outside a motion range.
 typedef enum { RT_MOTIONBORDERMODE_CLAMP, RT_MOTIONBORDERMODE_VANISH } RTmotionbordermode;
 
 // Types of motion keys.

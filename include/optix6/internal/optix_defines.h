@@ -16,14 +16,14 @@
 #define OPTIX_BITNESS_SUFFIX ""
 #endif
 
-// Which way rtTransformPoint and the functions beside it go.
+// Direction of rtTransformPoint and similar functions.
 enum RTtransformkind { RT_WORLD_TO_OBJECT = 0xf00, RT_OBJECT_TO_WORLD };
 
 enum RTtransformflags { RT_INTERNAL_INVERSE_TRANSPOSE = 0x1000 };
 
 #ifdef __cplusplus
 
-// What rtDeclareVariable leaves beside a variable.
+// Type information that rtDeclareVariable defines for a variable.
 namespace rti_internal_typeinfo {
 
 enum rtiTypeKind { _OPTIX_VARIABLE = 0x796152 };

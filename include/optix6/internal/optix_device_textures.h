@@ -32,7 +32,7 @@ SUNSTONE_OPTIX_DEVICE uint3 rtTexSize(rtTextureId id) {
     asm("txq.width.b32 %0, [%1];" : "=r"(size.x) : "l"(handle));
     asm("txq.height.b32 %0, [%1];" : "=r"(size.y) : "l"(handle));
     asm("txq.depth.b32 %0, [%1];" : "=r"(size.z) : "l"(handle));
-    // GPUs say 0 for what a texture lacks.
+    // GPUs report 0 for missing dimensions.
     size.y = size.y ? size.y : 1;
     size.z = size.z ? size.z : 1;
     return size;
@@ -40,7 +40,7 @@ SUNSTONE_OPTIX_DEVICE uint3 rtTexSize(rtTextureId id) {
 
 namespace sunstone {
 
-// What a component type is fetched as, and how a vector is made of the components.
+// The type that fetches a component type, and the construction of a vector from the components.
 template <typename T>
 struct Fetched;
 template <>

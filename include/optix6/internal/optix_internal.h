@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calls that device functions of the classic API become in PTX; the library replaces them when
-// it compiles programs. Source of the functions: OptiX 6.0 API reference, section 8.18.
+// The intrinsics of the classic API: undeclared PTX functions that its device functions call. The
+// library replaces the calls when it compiles programs. Source: OptiX 6.0 API reference, section
+// 8.18.
 #ifndef SUNSTONE_OPTIX6_INTERNAL_H
 #define SUNSTONE_OPTIX6_INTERNAL_H
 
@@ -55,7 +56,7 @@ SUNSTONE_OPTIX_DEVICE size_t4 rt_buffer_get_size_id(int id, unsigned int dim,
     return size;
 }
 
-// The site's name is for callees that the host lists; a call works with any callee here.
+// The site's name is for callees that the host lists; here a call works with any callee.
 SUNSTONE_OPTIX_DEVICE void* rt_callable_program_from_id(int id, const char* = 0) {
     void* code;
     asm volatile("call (%0), _rt_callable_program_from_id_64, (%1);" : "=l"(code) : "r"(id));
@@ -88,7 +89,7 @@ SUNSTONE_OPTIX_DEVICE void rt_trace_with_time(unsigned int group, float3 origin,
                  : "memory");
 }
 
-// Attributes and the distance of the hit are memory to the compiler.
+// The compiler must treat attributes and the distance of the hit as memory.
 SUNSTONE_OPTIX_DEVICE bool rt_potential_intersection(float t) {
     int result;
     asm volatile("call (%0), _rt_potential_intersection, (%1);" : "=r"(result) : "f"(t) : "memory");
@@ -188,7 +189,7 @@ SUNSTONE_OPTIX_DEVICE int rt_print_active() {
     return active;
 }
 
-// The handle that texture instructions take, of a sampler's id.
+// The handle for texture instructions, from a sampler's id.
 SUNSTONE_OPTIX_DEVICE unsigned long long rt_texture_handle(int id) {
     unsigned long long handle;
     asm volatile("call (%0), _rt_texture_handle, (%1);" : "=l"(handle) : "r"(id));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of size_t, the indices of buffers. They come from vectors of int and unsigned int, so
-// that a launch index is an index, and turn into vectors of unsigned int. Source: OptiX 6.0 API
+// Vectors of size_t, the indices of buffers. Vectors of int and unsigned int convert to them, so
+// that a launch index is an index; they convert to vectors of unsigned int. Source: OptiX 6.0 API
 // reference, section 8.24.
 #ifndef SUNSTONE_OPTIX6_SIZET_H
 #define SUNSTONE_OPTIX6_SIZET_H

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // rtTextureSampler<T, Dim, ReadMode>: textures that the host binds to variables, read with tex1D,
-// tex2D and their kin. Compilers before CUDA 12 have the type `texture`; for later ones and for
-// clang it stands here. Source: OptiX 6.0 Programming Guide, "Textures"; CUDA C Programming Guide
-// 11, "Texture reference API".
+// tex2D and similar functions. Compilers before CUDA 12 have the type `texture`; this header
+// defines it for later ones and for clang. Source: OptiX 6.0 Programming Guide, "Textures"; CUDA C
+// Programming Guide 11, "Texture reference API".
 #ifndef SUNSTONE_OPTIX6_TEXTURE_REFERENCES_H
 #define SUNSTONE_OPTIX6_TEXTURE_REFERENCES_H
 
@@ -24,8 +24,8 @@
 #define cudaTextureTypeCubemapLayered 0xFC
 #endif
 
-// A variable of this type stands for a sampler that the host gives it. The library knows it by its
-// size and alignment of 128 bytes, which the variable does not occupy when a program runs. Dim is a
+// A variable of this type represents a sampler that the host assigns. The library recognises the
+// type by its size and alignment of 128 bytes; at run time the variable takes no memory. Dim is a
 // cudaTextureType, Mode a cudaTextureReadMode; run-time compilers may lack these names.
 template <class T, int Dim = cudaTextureType1D, int Mode = 0>
 struct __align__(128) texture {
@@ -35,7 +35,7 @@ struct __align__(128) texture {
 namespace optix {
 namespace sunstone {
 
-// What a read gives: the element, or its components as numbers from 0 or -1 to 1.
+// Result of a read: the element, or its components as numbers from 0 or -1 to 1.
 template <class T, int Mode>
 struct Read {
     typedef T Type;
@@ -68,7 +68,7 @@ SUNSTONE_NORMALIZED(ushort)
 } // namespace sunstone
 } // namespace optix
 
-// name(reference, parameters) for references of a dimension, by the fetch of that name.
+// name(reference, parameters) for references of a dimension, by the function `fetch`.
 #define SUNSTONE_READ(name, fetch, parameters, arguments)                                          \
     template <class T, int Mode>                                                                   \
     static __forceinline__ __device__                                                              \

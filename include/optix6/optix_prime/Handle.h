@@ -55,7 +55,7 @@ private:
         if (object_)
             object_->unref();
     }
-    // The new object first: it may be the old one, or kept alive by it.
+    // References the new object first: it may be the old one, or depend on it.
     void set(T* object) {
         if (object)
             object->ref();

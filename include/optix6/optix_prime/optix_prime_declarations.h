@@ -56,7 +56,7 @@ typedef enum {
 
 typedef enum { RTP_QUERY_TYPE_ANY = 0x1000, RTP_QUERY_TYPE_CLOSEST = 0x1001 } RTPquerytype;
 
-/* Hints of models, and of queries, have a common bit beside their own. */
+/* Hints of models, and of queries, have a common bit in addition to their own. */
 typedef enum {
     RTP_MODEL_HINT_NONE = 0x0000,
     RTP_MODEL_HINT_ASYNC = 0x2001,

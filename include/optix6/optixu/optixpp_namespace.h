@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The C++ wrapper of the classic API, for the host: reference-counted handles, exceptions, and a
-// class for each kind of object. Classes stand in ../internal/optixpp, their member functions in
-// the files there that end with _calls.h. Source: OptiX API reference 6.0, sections 5.27, 8.27.
+// class for each kind of object. The classes are in ../internal/optixpp; the files *_calls.h there
+// define their member functions. Source: OptiX API reference 6.0, sections 5.27, 8.27.
 #ifndef SUNSTONE_OPTIXU_OPTIXPP_NAMESPACE_H
 #define SUNSTONE_OPTIXU_OPTIXPP_NAMESPACE_H
 
@@ -20,7 +20,7 @@
 
 namespace optix {
 
-/** What BufferObj::getId returns. */
+/** Result of BufferObj::getId. */
 template <typename T, int Dim = 1>
 struct bufferId {
     bufferId() {}
@@ -34,7 +34,7 @@ private:
 template <typename T>
 class callableProgramId;
 
-/** What ProgramObj::getId returns, for a program with this signature. */
+/** Result of ProgramObj::getId for a program with this signature. */
 template <typename ReturnT, typename... ArgTs>
 class callableProgramId<ReturnT(ArgTs...)> {
     static_assert(sizeof...(ArgTs) <= 10, "callable programs have at most ten parameters");
@@ -48,7 +48,7 @@ private:
     int m_id;
 };
 
-/** On the device an id with a call site; the host has it so that shared files compile. */
+/** On the device an id with a call site; on the host it lets shared files compile. */
 template <typename T>
 class markedCallableProgramId {
 public:

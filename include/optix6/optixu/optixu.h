@@ -10,7 +10,7 @@
 
 #define RTU_INLINE static inline
 
-/* Returns from the calling function with the code of a call that failed. */
+/* Returns from the calling function with the code of a failed call. */
 #define RTU_CHECK_ERROR(func)                                                                      \
     do {                                                                                           \
         RTresult code = func;                                                                      \
@@ -54,9 +54,9 @@ RTresult RTAPI rtuCUDAGetCompileResult(char* result, char* error);
 }
 #endif
 
-/* The functions of a kind of parent. Adding appends; *index is the child's index unless index is
-   null. Removing puts the last child in the place of the removed one. A child that the parent does
-   not have and an index beyond the count are RT_ERROR_INVALID_VALUE. */
+/* The functions of a kind of parent. Adding appends; *index receives the child's index unless index
+   is null. Removing moves the last child to the place of the removed one. RT_ERROR_INVALID_VALUE:
+   the object is no child of the parent, or the index is beyond the count. */
 #define SUNSTONE_RTU_CHILDREN(Name, Parent, Child)                                                 \
     RTU_INLINE RTresult rtu##Name##AddChild(Parent parent, Child child, unsigned int* index) {     \
         SUNSTONE_RTU_ADD_CHILD(rt##Name, parent, child, index);                                    \

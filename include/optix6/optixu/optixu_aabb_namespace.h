@@ -19,10 +19,10 @@
 namespace optix {
 
 /** The points p with m_min <= p <= m_max. A box with m_min > m_max along an axis is invalid: it
-    holds no point. Functions that answer with a position or a size need a valid box. */
+    contains no point. Functions that return a position or a size need a valid box. */
 class Aabb {
 public:
-    /** An invalid box, which include turns into that of what it includes. */
+    /** An invalid box; include makes it the box of its argument. */
     RT_HOSTDEVICE Aabb() { invalidate(); }
     RT_HOSTDEVICE Aabb(const float3& min, const float3& max) { set(min, max); }
     /** The box of a triangle. */
@@ -114,7 +114,7 @@ public:
     RT_HOSTDEVICE bool intersects(const Aabb& other) const {
         return lessEqual(m_min, other.m_max) && lessEqual(other.m_min, m_max);
     }
-    /** Leaves the points that are in other, too; an invalid box if there are none. */
+    /** Keeps the points that are also in other; an invalid box if there are none. */
     RT_HOSTDEVICE void intersection(const Aabb& other) {
         m_min = fmaxf(m_min, other.m_min);
         m_max = fminf(m_max, other.m_max);

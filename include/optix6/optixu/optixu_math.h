@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The names of optixu_math_namespace.h outside namespace optix, and uint and ushort where the
-// system lacks them. Operators are found with the vector types' own namespace, the global one.
-// Source: OptiX API reference 6.0, section 8.31.
+// system lacks them. Argument-dependent lookup finds the operators only in the vector types' own
+// namespace, the global one. Source: OptiX API reference 6.0, section 8.31.
 #ifndef SUNSTONE_OPTIXU_MATH_H
 #define SUNSTONE_OPTIXU_MATH_H
 

@@ -36,7 +36,7 @@ namespace optix {
 typedef unsigned int uint;
 typedef unsigned short ushort;
 
-// ---- What CUDA has for device code, for the host --------------------------------------------
+// ---- CUDA's device functions, for the host --------------------------------------------------
 
 using ::copysignf;
 using ::fmaxf;
@@ -181,8 +181,8 @@ SUNSTONE_FUNCTION float int_as_float(int i) {
         return make_##V##4(v0.x, v0.y, v1.x, v1.y);                                                \
     }
 
-// Component i; an index beyond the last component means the last one. Choices instead of an address
-// keep v in registers.
+// Component i; an index beyond the last component selects the last one. Comparisons instead of an
+// address keep v in registers.
 #define SUNSTONE_BY_INDEX(V, S, I)                                                                 \
     SUNSTONE_FUNCTION S getByIndex(const V##1 & v, I) {                                            \
         return v.x;                                                                                \
@@ -349,7 +349,7 @@ SUNSTONE_FUNCTION float3 cross(const float3& a, const float3& b) {
     SUNSTONE_FUNCTION float##N reflect(const float##N& i, const float##N& n) {                     \
         return i - 2.0f * dot(n, i) * n;                                                           \
     }                                                                                              \
-    /** n if dot(i, nref) > 0, else -n; Cg and GLSL choose the other way round. */                 \
+    /** n if dot(i, nref) > 0, else -n; Cg and GLSL have the opposite sign. */                     \
     SUNSTONE_FUNCTION float##N faceforward(const float##N& n, const float##N& i,                   \
                                            const float##N& nref) {                                 \
         return dot(i, nref) > 0.0f ? n : -n;                                                       \
@@ -483,8 +483,7 @@ SUNSTONE_FUNCTION float luminanceCIE(const float3& rgb) {
     return dot(rgb, make_float3(0.2126f, 0.7152f, 0.0722f));
 }
 
-// ---- Sampling
-// -------------------------------------------------------------------------------------
+// ---- Sampling ----------------------------------------------------------------------------------
 
 /** p: a direction around +z, with a density in proportion to its cosine if u1 and u2 are uniform in
     [0,1]. u1 is the square of the distance from the axis, u2 the angle in turns. */

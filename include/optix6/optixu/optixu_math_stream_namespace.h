@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stream operators of vectors, matrices and boxes, for the host. Numbers stand one after another
-// with a blank between them, those of a matrix row by row, the minimum of a box before its maximum;
-// reading skips white space. Source: OptiX API reference 6.0, section 8.34.
+// Stream operators of vectors, matrices and boxes, for the host. Output separates numbers by
+// blanks: matrices row by row, the minimum of a box before its maximum. Input skips white space.
+// Source: OptiX API reference 6.0, section 8.34.
 #ifndef SUNSTONE_OPTIXU_MATH_STREAM_NAMESPACE_H
 #define SUNSTONE_OPTIXU_MATH_STREAM_NAMESPACE_H
 

@@ -27,8 +27,8 @@ struct VectorDim<4> {
     typedef float4 VectorType;
 };
 
-/** A matrix with M rows and N columns, stored row by row. The copy functions and the destructor are
-    the compiler's, so a matrix may be copied as bytes. */
+/** A matrix with M rows and N columns, stored row by row. It is trivially copyable: the compiler
+    generates the copy functions and the destructor. */
 RT_MAT_DECL
 class Matrix {
 public:
@@ -107,7 +107,7 @@ public:
         return result;
     }
 
-    /** An order for containers: that of the first elements that differ. */
+    /** An order for containers: compares the first elements that differ. */
     RT_HOSTDEVICE bool operator<(const Matrix<M, N>& rhs) const {
         for (unsigned int i = 0; i < M * N; ++i)
             if (m_data[i] != rhs[i])

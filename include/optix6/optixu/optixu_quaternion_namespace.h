@@ -11,7 +11,7 @@ namespace optix {
 /** x, y and z are the imaginary parts, w is the real part. A rotation has length 1. */
 class Quaternion {
 public:
-    /** The rotation that changes nothing. */
+    /** The identity. */
     RT_HOSTDEVICE Quaternion() : m_q(make_float4(0.0f, 0.0f, 0.0f, 1.0f)) {}
     RT_HOSTDEVICE Quaternion(float x, float y, float z, float w) : m_q(make_float4(x, y, z, w)) {}
     RT_HOSTDEVICE Quaternion(float4 v) : m_q(v) {}
@@ -59,8 +59,8 @@ OPTIXU_INLINE RT_HOSTDEVICE float4 operator*(const Quaternion& quat, const float
     return make_float4(quat * make_float3(v), v.w);
 }
 
-/** Interpolates the four numbers and normalises the result. The way is the short one only if the
-    two have a dot product of at least 0. */
+/** Interpolates the four numbers and normalises the result. It follows the shorter arc only if the
+    dot product of the two is at least 0. */
 OPTIXU_INLINE RT_HOSTDEVICE Quaternion nlerp(const Quaternion& quat0, const Quaternion& quat1,
                                              float t) {
     return Quaternion(normalize(lerp(quat0.m_q, quat1.m_q, t)));

@@ -5,8 +5,8 @@
 // An intrinsic is an undeclared PTX function that only the library's compiler knows; operand order
 // and types are binary interface (listed in tests/headers/optix7_intrinsics.tsv). An asm is
 // volatile if it has a side effect, or if its result may change within one program; the compiler
-// may merge or move the others. Calls that run other programs clobber memory, because those
-// programs may use addresses in payload words.
+// may merge or move the others. Calls that run other programs clobber memory, because payload words
+// may hold addresses that those programs use.
 #if !defined(SUNSTONE_OPTIX7_OPTIX_7_DEVICE_H)
 #include "optix_7_device.h" /* included by itself: comes back here after the declarations */
 #elif !defined(SUNSTONE_OPTIX7_OPTIX_7_DEVICE_IMPL_H)

@@ -5,9 +5,9 @@
 //
 //   0: (A, AB, AC)   1: (AC, BC, AB)   2: (AB, B, BC)   3: (BC, AC, C)
 //
-// and each part in the same way. Two bits of the number, from the highest, choose the part at each
-// level. Corners are multiples of 2^-level, so whole numbers hold them: of the triangle (A, B, C)
-// at a level the arrays have twice the coordinates of the level before.
+// and each part in the same way. Two bits of the number, from the highest, select the part at each
+// level. Corners are multiples of 2^-level: a MicroVertex has integers, whose unit halves at each
+// level.
 #ifndef SUNSTONE_OPTIX76_OPTIX_7_MICROMAP_IMPL_H
 #define SUNSTONE_OPTIX76_OPTIX_7_MICROMAP_IMPL_H
 

@@ -48,14 +48,14 @@ typedef struct {
 typedef struct {
     float origin[3];
     float tmin;
-    float direction[3]; /* of any length; distances are multiples of it */
+    float direction[3]; /* any length, the unit of distances */
     float tmax;
 } SunstoneRay;
 
 typedef struct {
     float t;          /* negative: no hit */
     int32_t triangle; /* -1: no hit */
-    int32_t instance; /* place in the list; 0 in scenes of a mesh, -1: no hit */
+    int32_t instance; /* index in the list; 0 in scenes of a mesh, -1: no hit */
     float u, v;       /* at the triangle's second and third vertex */
 } SunstoneHit;
 
@@ -75,7 +75,7 @@ SunstoneResult sunstoneSceneDestroy(SunstoneScene scene);
 /* The nearest hit of each ray. */
 SunstoneResult sunstoneClosestHits(SunstoneScene scene, const SunstoneRay* rays, size_t count,
                                    SunstoneHit* hits);
-/* Any hit of each ray, which is found sooner. */
+/* Any hit of each ray: faster than the nearest one. */
 SunstoneResult sunstoneAnyHits(SunstoneScene scene, const SunstoneRay* rays, size_t count,
                                SunstoneHit* hits);
 /* All hits, ray after ray, the nearest first. Those of ray i are hits[offsets[i]] to
@@ -83,8 +83,8 @@ SunstoneResult sunstoneAnyHits(SunstoneScene scene, const SunstoneRay* rays, siz
    no hits are written, and the result is SUNSTONE_TOO_SMALL. Scenes and arrays of the CPU. */
 SunstoneResult sunstoneAllHits(SunstoneScene scene, const SunstoneRay* rays, size_t count,
                                SunstoneHit* hits, size_t capacity, size_t* offsets);
-/* The point of all triangles that is nearest to each point (x, y, z), at most `farthest` away.
-   Scenes and arrays of the CPU. */
+/* For each point (x, y, z) the nearest point of all triangles, at most `farthest` away. Scenes and
+   arrays of the CPU. */
 SunstoneResult sunstoneNearestPoints(SunstoneScene scene, const float* points, size_t count,
                                      float farthest, SunstoneNearest* nearest);
 

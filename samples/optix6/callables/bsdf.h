@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What callable programs of materials and lights give back.
+// Results of the callable programs of materials and lights.
 #pragma once
 
 #include <optix_world.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Callable programs as parts of materials, with the C++ wrapper: bound ones for scattering, one of
-// which calls another; ids for patterns; a buffer of ids for lights. Read next: motion.
+// Callable programs as parts of materials, with the C++ wrapper: bound programs for scattering, one
+// of which calls another; ids for patterns; a buffer of ids for lights. Read next: motion.
 #include "shapes6.h"
 
 #include <optix_world.h>

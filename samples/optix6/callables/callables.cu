@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials of callable programs. hit_surface() knows no material: it calls the program that the
-// material binds (`bsdf`), which reads variables of its own, and a pattern by its id, which each
-// instance chooses. Lights are ids in a buffer.
+// Materials of callable programs. hit_surface() is independent of materials: it calls the program
+// that the material binds (`bsdf`), which reads variables of its own, and the pattern whose id the
+// instance sets. Lights are ids in a buffer.
 #include "bsdf.h"
 
 #include "../device6.h"
@@ -94,7 +94,7 @@ RT_PROGRAM void hit_surface() {
     const float3 color = pattern(texcoord);
     const BsdfSample next = bsdf(to_eye, color, random2(path.seed));
 
-    // Lights without extent or of small extent: only the diffuse share sees them.
+    // Lights without extent or of small extent illuminate only the diffuse share.
     for (unsigned i = 0; i < light_programs.size(); ++i) {
         const LightSample light = light_programs[i](point, random2(path.seed));
         const float cosine = dot(n, light.direction);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Callable programs: skies, patterns, scattering, lights. Their variables are looked for in the
-// program itself, and for bound ones then in the scopes of the caller.
+// Callable programs: skies, patterns, scattering, lights. The API searches their variables in the
+// program itself, and for bound programs then in the scopes of the caller.
 #include "bsdf.h"
 
 using namespace optix;

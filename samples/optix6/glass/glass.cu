@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A path tracer for a box with a light, diffuse walls and glass: the payload carries the path from
-// hit to hit. Light is sampled at diffuse hits. Glass blocks those rays: paths through it find the
-// light.
+// hit to hit. Diffuse hits sample the light. Glass blocks these shadow rays; paths through glass
+// find the light by chance.
 #include "../device6.h"
 
 using namespace optix;

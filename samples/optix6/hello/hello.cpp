@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The smallest program of the classic API, with every step spelled out: a ray generation program
-// fills a buffer with a colour. Read next: mesh_path_tracer.
+// The smallest program of the classic API, with every step in full: a ray generation program fills
+// a buffer with a colour. Read next: mesh_path_tracer.
 #include "arguments.h"
 #include "check6.h"
 #include "png_image.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Levels of detail by selectors, with the C API: a field of balls whose mesh gets coarser with the
-// distance. All balls share one selector below transforms of their own. Read next: photon_mapping.
+// distance. All balls share one selector, each below its own transform. Read next: photon_mapping.
 #include "check6.h"
 #include "picture6.h"
 

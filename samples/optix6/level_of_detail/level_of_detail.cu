@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A selector's visit program chooses the mesh by the distance of the ray's origin. All rays of one
-// kind should choose alike: shadow rays take the distance from the eye, too.
+// A selector's visit program chooses the mesh by the distance of the ray's origin. All rays should
+// select the same mesh, so shadow rays also use the distance from the eye.
 #include "../device6.h"
 
 using namespace optix;
@@ -88,7 +88,7 @@ RT_PROGRAM void block_light() {
 rtBuffer<float3> vertices;
 rtBuffer<uint3> triangles;
 
-// Flat, so that the levels can be told apart.
+// Flat normals, so that the levels are distinguishable.
 RT_PROGRAM void triangle_attributes() {
     const uint3 t = triangles[rtGetPrimitiveIndex()];
     normal = cross(vertices[t.y] - vertices[t.x], vertices[t.z] - vertices[t.x]);

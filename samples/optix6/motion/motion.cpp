@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instances of one cube: a wall of them by transforms, a row that moves by matrix keys, wheels that
-// turn by SRT keys, and a cube whose vertices move. Read next: procedural.
+// Instances of one cube: a wall by transforms, a row that moves by matrix keys, wheels that rotate
+// by SRT keys, and a cube whose vertices move. Read next: procedural.
 #include "shapes6.h"
 
 #include <optix_world.h>
@@ -51,7 +51,7 @@ public:
         group->setAcceleration(context_->createAcceleration("NoAccel"));
         top_->addChild(group);
     }
-    // A cube that becomes a slanted one while the picture is taken.
+    // A cube that becomes slanted during the exposure.
     void addBending(const Matrix4x4& matrix, float3 color) {
         add(place(matrix, groupOf(cube(true), color)));
     }
@@ -138,8 +138,8 @@ void addRunners(Scene& scene) {
     }
 }
 
-// Bars that turn around their middle, by scale, rotation and translation. A quaternion turns by
-// twice the angle of its parts.
+// Bars that rotate around their centre, by scale, rotation and translation. A quaternion rotates by
+// twice the angle of its components.
 void addWheels(Scene& scene) {
     GeometryGroup bar = scene.cubes(make_float3(0.3f, 0.65f, 0.35f));
     for (int i = 0; i < 3; ++i) {

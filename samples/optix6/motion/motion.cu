@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays with times: each path has one, which rtTrace gives to all nodes with motion keys. The time
-// of rays that closest-hit programs trace is that of the ray that hit.
+// Rays with times: each path has a time, which rtTrace applies to all nodes with motion keys. Rays
+// that closest-hit programs trace have the time of the ray that hit.
 #include "../device6.h"
 
 using namespace optix;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Progressive photon mapping with the C++ wrapper: several entry points of one context, buffers
-// that the host reads and writes between launches. Light that glass focuses needs few passes.
+// that the host reads and writes between launches. Caustics need few passes.
 #include "photon_tree.h"
 #include "shapes6.h"
 

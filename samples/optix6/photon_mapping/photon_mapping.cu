@@ -136,7 +136,8 @@ RT_PROGRAM void gather() {
                 stack[top++] = near;
         }
         if (count) {
-            // A share of the new photons counts; the disc shrinks so that their density stays.
+            // Counts a share of the new photons, and shrinks the disc so that their density stays
+            // the same.
             const float kept = here.count + 0.7f * count;
             const float shrink = kept / (here.count + count);
             here.flux = (here.flux + arrived) * shrink;
@@ -211,7 +212,7 @@ static __device__ __forceinline__ float3 refractRay(float choice) {
     return choice < fresnel_schlick(cosine, 5.0f, base * base, 1.0f) ? reflect(ray.direction, n)
                                                                      : normalize(refracted);
 }
-// The camera sees what glass refracts, photons also take the way of reflection.
+// Camera rays follow the refracted ray; photons also follow the reflected ray.
 RT_PROGRAM void see_through() {
     camera_path.origin = ray.origin + hit_distance * ray.direction;
     camera_path.direction = refractRay(1.0f);

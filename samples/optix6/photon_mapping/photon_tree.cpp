@@ -11,8 +11,8 @@ float component(const optix::float3& v, int axis) {
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
 
-// How many of `count` nodes are in the left subtree of a complete tree whose last level is filled
-// from the left.
+// The number of nodes, of `count`, in the left subtree of a complete tree whose last level is
+// filled from the left.
 size_t leftCount(size_t count) {
     size_t full = 1; // nodes of the levels above the last
     while (2 * full + 1 <= count)

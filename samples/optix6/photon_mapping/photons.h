@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the passes of the sample hand over, for host and device.
+// Data that the passes of the sample exchange, for host and device.
 #pragma once
 
 #include <optixu/optixu_vector_types.h>

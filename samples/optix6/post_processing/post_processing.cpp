@@ -149,7 +149,7 @@ private:
         std::printf("similarity to a picture without noise, predicted: %.2f\n",
                     sum / double(width * height));
     }
-    // The values of the tone mapper are those of the screen.
+    // The tone mapper's values are screen values.
     void write(Buffer before, Buffer after) {
         std::vector<uint8_t> bytes;
         const float* left = static_cast<const float*>(before->map(0, RT_BUFFER_MAP_READ));

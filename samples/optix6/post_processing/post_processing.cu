@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A path tracer of few samples for a box with spheres. Beside the colours it writes what the
-// denoiser takes as guides: the albedo and the normal, seen by the camera, of the first hit.
+// A path tracer of few samples for a box with spheres. In addition to the colours it writes the
+// denoiser's guides: the albedo and the normal, in camera space, of the first hit.
 #include "../device6.h"
 
 using namespace optix;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surfaces that intersection programs compute, with the C API: three kinds by one pair of programs,
-// below transforms. Read next: level_of_detail.
+// Surfaces that intersection programs compute, with the C API: one pair of programs for three
+// kinds, below transforms. Read next: level_of_detail.
 #include "check6.h"
 #include "picture6.h"
 #include "shape_kinds.h"

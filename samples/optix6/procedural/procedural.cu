@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surfaces without triangles: the intersection program walks along the ray by distances to the
-// surface (Hart 1996). Which surface it is, a variable of the geometry says.
+// Surfaces without triangles: the intersection program steps along the ray by distances to the
+// surface (Hart 1996). A variable of the geometry selects the surface.
 #include "../device6.h"
 #include "shape_kinds.h"
 

@@ -16,5 +16,5 @@ struct Model {
     float radius; // of the object, whose centre is at the origin
 };
 
-// An OBJ file; none: a generated knot.
+// Loads an OBJ file; without a file, generates a knot.
 Model loadModel(const std::string& file);

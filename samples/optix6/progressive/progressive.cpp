@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A picture that gets better launch by launch, without a window: the sum stays in a buffer,
-// pictures are written at the frames 1, 2, 4, 8 and so on, and rendering ends at a number of frames
-// or once the estimated error is small. With --stream 1 the library sums: a progressive launch runs
-// in the background, and the program shows what arrives in a stream buffer.
+// Progressive rendering without a window: a buffer accumulates the sum of all launches, the program
+// writes pictures at the frames 1, 2, 4, 8 and so on, and rendering ends after a number of frames
+// or when the estimated error is small. With --stream 1 the library accumulates: a progressive
+// launch runs in the background, and the program writes the pictures that arrive in a stream
+// buffer.
 #include "mesh.h"
 #include "png_image.h"
 #include "shapes6.h"
@@ -44,7 +45,7 @@ public:
         material_->setAnyHitProgram(kShadowRay, program("block_light"));
         top_->setAcceleration(context_->createAcceleration("Trbvh"));
         context_["top_object"]->set(top_);
-        // The sum is the device's own; the host reads the picture.
+        // Only the device accesses the sum; the host reads the picture.
         const unsigned onDevice = unsigned(RT_BUFFER_INPUT_OUTPUT) | unsigned(RT_BUFFER_GPU_LOCAL);
         context_["sum"]->set(
             context_->createBuffer(onDevice, RT_FORMAT_FLOAT4, picture.width, picture.height));
@@ -102,7 +103,7 @@ public:
         writePicture(picture_, result_->get(), true);
     }
 
-    // What a viewer does, without its window: the launch goes on while pictures are shown.
+    // A viewer without a window: the launch continues while pictures are written.
     void stream(const Options& options) {
         context_["max_depth"]->setUint(options.depth);
         context_["frame"]->setUint(0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One path for each pixel and launch. Ordinary launches keep the sum themselves: one buffer has the
-// sum of all launches, another the picture. Progressive launches leave it to the library.
+// One path for each pixel and launch. With ordinary launches the program accumulates: one buffer
+// has the sum of all launches, another the picture. With progressive launches the library
+// accumulates.
 #include "../device6.h"
 
 using namespace optix;

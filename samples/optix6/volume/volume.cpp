@@ -67,7 +67,7 @@ public:
     void set(const char* name, float3 value) { check(rtVariableSet3fv(variable(name), &value.x)); }
     void set(const char* name, float value) { check(rtVariableSet1f(variable(name), value)); }
 
-    // Reports of one launch index; those of all would be long.
+    // Prints only for one launch index, because the output of all would be long.
     void printAt(unsigned x, unsigned y) {
         check(rtContextSetPrintEnabled(context_, 1));
         check(rtContextSetPrintBufferSize(context_, 1 << 16));

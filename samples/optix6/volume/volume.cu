@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cloud in a box: the closest-hit program of the box walks through a three-dimensional texture.
-// rtPrintf reports one walk: the host chooses the launch index that may print.
+// A cloud in a box: the closest-hit program of the box marches through a three-dimensional texture.
+// rtPrintf reports the steps of one launch index, which the host selects.
 #include "../device6.h"
 
 using namespace optix;
@@ -82,7 +82,7 @@ static __device__ float sunlight(float3 point) {
 
 RT_PROGRAM void hit_cloud() {
     const float cosine = dot(ray.direction, sun);
-    // Light goes on more than it turns back (Henyey and Greenstein 1941).
+    // Light scatters more forwards than backwards (Henyey and Greenstein 1941).
     const float g = 0.35f, base = 1.0f + g * g - 2.0f * g * cosine;
     const float phase = (1.0f - g * g) / (base * sqrtf(base));
     float3 light = make_float3(0.0f);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any pattern on any material: the surface of each sphere names two callables, a direct one for the
-// colour and a continuation one for the light that leaves it. Read spheres first.
+// Any pattern on any material: each sphere refers to two callables, a direct callable for the
+// colour and a continuation callable for the reflected light. Read spheres first.
 #include "picture.h"
 
 #include <optix_function_table_definition.h>

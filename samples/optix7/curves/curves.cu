@@ -153,7 +153,7 @@ extern "C" __global__ void __closesthit__hair() {
     const float3 direction = optixGetWorldRayDirection();
     const float3 point = optixGetWorldRayOrigin() + direction * optixGetRayTmax();
     const float u = optixGetCurveParameter();
-    // Instances are only moved, so that directions are the same in the world.
+    // Instances are only translated, so directions are equal in object and world space.
     float3 tangent;
     const float3 normal = normalAt(optixTransformPointFromWorldToObjectSpace(point), u, tangent);
 

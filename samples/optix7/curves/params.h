@@ -9,7 +9,7 @@
 // Rows of the shader binding table, and the order in the picture from left to right.
 enum Basis : unsigned { kLinear, kQuadratic, kCubic, kCatmullRom, kBasisCount };
 
-// Control points of a strand; all bases get the same ones.
+// Control points of a strand, equal for all bases.
 constexpr unsigned kStrandPoints = 10;
 
 // Of miss programs.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Path traces a scene with few samples, denoises it with the help of albedo and normals, and shows
-// both side by side. With a reference of many samples it prints the gain. Read mesh_path_tracer
-// first.
+// Path traces a scene with few samples, denoises it with albedo and normals as guides, and writes
+// both pictures side by side. With a reference of many samples it prints the gain. Read
+// mesh_path_tracer first.
 #include "arguments.h"
 #include "image_denoiser.h"
 #include "path_tracer.h"

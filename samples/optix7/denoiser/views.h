@@ -13,7 +13,7 @@ struct View {
 
 // 0 knot: coated tube, two softboxes. 1 textures: fine patterns under a sky. 2 relief: bumps lit by
 // one small lamp. 3 glossy: metals on a polished floor. 4 lantern: a glowing sphere in the dark,
-// found by chance alone.
+// which paths find only by chance.
 constexpr unsigned kViewCount = 5;
 
 // `turn` moves the camera around the scene, in degrees.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The smallest OptiX program, with every step spelled out: a ray generation program paints a colour
-// gradient; no rays are traced. Read next: triangle.
+// The smallest OptiX program, with every step in full: a ray generation program computes a colour
+// gradient, without rays. Read next: triangle.
 #include "arguments.h"
 #include "check.h"
 #include "png_image.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instances of instances: the closest-hit program sees one cube, and the list of transforms above
-// it gives its place, its rotation and the copy it belongs to. Payload values: 0 to 2 the colour, 3
-// the number of the bounce and 4 the random state.
+// Instances of instances: the geometry is one cube; the closest-hit program reads its place, its
+// rotation and the numbers of its copies from the transform list. Payload values: 0 to 2 the
+// colour, 3 the number of the bounce and 4 the random state.
 #include <optix.h>
 
 #include "params.h"
@@ -118,7 +118,7 @@ extern "C" __global__ void __closesthit__cube() {
 }
 
 extern "C" __global__ void __closesthit__ground() {
-    // So large a triangle is met less precisely than the cubes are small.
+    // On so large a triangle, the rounding of the hit point exceeds the size of the cubes.
     float3 point = hitPoint();
     point.y = 0.0f;
     shade(vec(0.62f, 0.58f, 0.52f), vec(0.0f, 1.0f, 0.0f), point);

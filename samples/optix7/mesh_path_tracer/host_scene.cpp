@@ -178,7 +178,7 @@ Scene makeStudio(const Bounds& model) {
     scene.skyZenith = vec(0.1f, 0.14f, 0.22f);
     scene.skyHorizon = vec(0.34f, 0.36f, 0.4f);
     scene.ground = vec(0.15f, 0.14f, 0.13f);
-    // Far enough to leave a surface in single precision, near enough not to be seen.
+    // Large enough to leave a surface in single precision, small enough to be invisible.
     scene.epsilon = 2e-5f * (size + length(center));
     scene.maxSegments = 5;
     return scene;
@@ -190,7 +190,7 @@ Camera orbitCamera(const Bounds& model, float azimuth, float elevation, float zo
     float3 outwards = vec(std::sin(azimuth * kDegree) * cosine, std::sin(elevation * kDegree),
                           std::cos(azimuth * kDegree) * cosine);
     Camera camera = makeCamera(outwards, vec(0.0f), vec(0.0f, 1.0f, 0.0f), kFov, aspect);
-    // The nearest place from which all corners of the box are in the picture.
+    // The nearest position with all corners of the box in the picture.
     float tangent = std::tan(kFov * 0.5f * kDegree), distance = 0.0f;
     float3 half = (model.high - model.low) * 0.5f;
     for (int corner = 0; corner < 8; ++corner) {

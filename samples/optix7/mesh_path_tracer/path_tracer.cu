@@ -29,7 +29,7 @@ struct OptixRays {
         return hit;
     }
 
-    // Any hit decides, and only the miss program writes the payload.
+    // Any hit ends the ray, and only the miss program writes the payload.
     __forceinline__ __device__ bool visible(float3 origin, float3 direction, float distance) const {
         unsigned visible = 0;
         optixTrace(params.traversable, origin, direction, 0.0f, distance, 0.0f,
@@ -41,12 +41,12 @@ struct OptixRays {
     }
 };
 
-// The same for meshes with surfaces that let rays pass.
+// OptixRays for meshes with cut-out or blended surfaces.
 struct RaysThroughHoles {
     static constexpr float kFar = 1e30f;
     static constexpr unsigned kMostLayers = 256;
 
-    // The first hit that lets nothing pass, nearer than `far`.
+    // The first hit that blocks the ray, nearer than `far`.
     __forceinline__ __device__ Hit closest(float3 origin, float3 direction,
                                            float far = kFar) const {
         Hit hit;
@@ -85,7 +85,8 @@ __forceinline__ __device__ void addTo(float4* sum, float3 value, bool isFirst) {
     *sum = old;
 }
 
-// Separate rays along the same directions, so that pictures without guides cost no more.
+// Traces separate rays along the same directions, so that pictures without guides take no
+// additional time.
 template <class Rays>
 __forceinline__ __device__ void addGuides(const Rays& rays, uint3 index, uint3 size,
                                           unsigned sample) {

@@ -20,14 +20,14 @@ public:
     unsigned samples() const { return params_.firstSample; }
     // Mean of all samples, 4 floats a pixel.
     std::vector<float> image() const { return meanOf(sum_); }
-    // Forgets all samples; another seed gives other noise.
+    // Discards all samples; another seed gives other noise.
     void restart(unsigned seed = 0) {
         params_.firstSample = 0;
         params_.seed = seed;
     }
 
-    // From now on samples also leave guides for a denoiser; `previous` is the camera that flow
-    // refers to. moveTo() continues with another camera and discards all samples.
+    // After this call, samples also store guides for a denoiser; `previous` is the camera to which
+    // flow refers. moveTo() continues with another camera and discards all samples.
     void wantGuides(const Camera& previous);
     void moveTo(const Camera& camera) {
         params_.previousCamera = params_.camera;

@@ -2,7 +2,7 @@
 // The path tracer's mathematics, for device and host: paths through a triangle mesh under a sky and
 // rectangular lights, with a material of a diffuse base under a glossy coat.
 //
-// tracePath() is a template over the ray tracer, so that the same text runs as an OptiX program
+// tracePath() is a template over the ray tracer, so that the same code runs as an OptiX program
 // (path_tracer.cu) and as C++ over another ray tracer.
 //
 // Light on a path is weighted by multiple importance sampling between sampling the lights and
@@ -75,8 +75,8 @@ struct Hit {
 
 // Random numbers of one path. The first eight (place in the pixel; light and direction at the first
 // surface) matter most: over the samples of a pixel they follow the R2 sequence (Roberts 2018),
-// which covers the unit square evenly, turned by a random amount for each pixel. So that the four
-// pairs are independent of one another, each takes the samples in a different order. Later numbers
+// which covers the unit square evenly, shifted by a random amount for each pixel. Each of the four
+// pairs takes the samples in a different order, so that the pairs are independent. Later numbers
 // come from PCG (O'Neill 2014).
 struct Random {
     unsigned state;
@@ -214,7 +214,7 @@ SAMPLE_INLINE Tint sampleTexture(const Texture& texture, float u, float v) {
         shareY);
 }
 
-// What vertices and texture multiply the material's colour and opacity by.
+// The factors of vertices and texture for the material's colour and opacity.
 SAMPLE_INLINE Tint tintAt(const Mesh& mesh, const Material& material, const Hit& hit) {
     uint3 corner = mesh.triangles[hit.triangle];
     float w = 1.0f - hit.u - hit.v;
@@ -239,7 +239,8 @@ SAMPLE_INLINE Tint tintAt(const Mesh& mesh, const Material& material, const Hit&
     return tint;
 }
 
-// Whether a ray goes on behind a hit; for blended surfaces by chance, which the place decides.
+// Whether a ray passes through the surface at a hit. For blended surfaces this is random, with the
+// hit's place as the seed.
 SAMPLE_INLINE bool passesThrough(const Mesh& mesh, const Hit& hit) {
     const Material& material = mesh.materials[mesh.materialOfTriangle[hit.triangle]];
     if (material.alpha == kOpaque)
@@ -348,7 +349,8 @@ SAMPLE_INLINE float3 sampleMaterial(const Lobes& lobes, float3 view, Random& ran
     if (choice >= lobes.glossyChance) // cosine-weighted
         return vec(x, y, sqrtf(maxOf(0.0f, 1.0f - x * x - y * y)));
     float3 stretched = normalize(vec(lobes.alpha * view.x, lobes.alpha * view.y, view.z));
-    // Visible normals fill half a disc whose straight edge lies in the surface: `tangent` must too.
+    // Visible normals fill half a disc whose straight edge is in the surface, so `tangent` must be
+    // in the surface, too.
     float planar = stretched.x * stretched.x + stretched.y * stretched.y;
     float3 tangent = vec(1.0f, 0.0f, 0.0f);
     if (planar > 1e-12f)
@@ -422,7 +424,8 @@ SAMPLE_INLINE float3 tracePath(const Scene& scene, const Rays& rays, float3 orig
             break;
         throughput *= reflection.value / reflection.pdf;
         materialPdf = reflection.pdf;
-        // Russian roulette: dim paths end early, the others make up for them.
+        // Russian roulette: dim paths end early with a probability that the weight of the others
+        // compensates.
         float survival = minOf(1.0f, maxComponent(throughput));
         if (segment > 0 && survival < 0.95f) {
             if (nextFloat(random) >= survival)

@@ -74,7 +74,7 @@ float3 turn(float3 p, int axis, float turns) {
     return vec(c.x * p.x - c.y * p.y, c.y * p.x + c.x * p.y, p.z);
 }
 
-// A star-shaped column, turned about its axis the more the higher, by `twist` at the top.
+// A star-shaped column whose rotation about its axis grows with the height, to `twist` at the top.
 std::vector<float3> star(float twist) {
     constexpr int kCorners = 10, kSteps = 48;
     auto at = [&](int i, int step) {

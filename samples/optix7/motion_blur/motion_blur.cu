@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every path of a pixel has its own time within the exposure and sees the scene at that time. Hit
-// programs query the structure for the triangle's corners at the ray's time, and the transform list
-// for the transforms above it. Payload values: 0 to 2 the colour, 3 the number of the bounce and 4
-// the random state.
+// Every path of a pixel has its own time within the exposure. Hit programs query the structure for
+// the triangle's corners at the ray's time, and the transform list for the transforms above it.
+// Payload values: 0 to 2 the colour, 3 the number of the bounce and 4 the random state.
 #include <optix.h>
 
 #include "params.h"
@@ -51,7 +50,8 @@ extern "C" __global__ void __raygen__camera() {
         unsigned random = hashPcg(pixel) + i * 9781u;
         float x = (index.x + nextFloat(random)) / size.x;
         float y = (index.y + nextFloat(random)) / size.y;
-        // One time from each part of the exposure: less noise than times without order.
+        // One time from each part of the exposure, which gives less noise than independent random
+        // times.
         float time = (i + nextFloat(random)) / params.samples;
         sum += trace(params.camera.eye, cameraDirection(params.camera, x, y), time, 0, random);
     }

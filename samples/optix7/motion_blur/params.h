@@ -9,7 +9,7 @@
 // Kinds of geometry: rows of the shader binding table for the programs of each.
 enum Shape : unsigned { kMesh, kGround, kBall, kShapeCount };
 
-// Where the centre of a ball is at the motion keys of its structure.
+// The centre of a ball at the motion keys of its structure.
 constexpr unsigned kBallKeys = 5;
 
 struct HitData {

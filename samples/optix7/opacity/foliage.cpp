@@ -83,12 +83,12 @@ bool isLeaf(float x, float y) {
 
 using Corner = float2; // of a micro-triangle, in coordinates of the mask
 
-// By the box around the micro-triangle, so that no texel it touches is left out.
+// Tests the box around the micro-triangle, so that no touched texel is omitted.
 unsigned char stateOf(const Mask& mask, const Corner corners[3]) {
     const auto texel = [&](float value) {
         return unsigned(std::clamp(value * float(mask.size), 0.0f, float(mask.size - 1)));
     };
-    // Rounding may put a hit just outside.
+    // Rounding may move a hit slightly outside.
     const float margin = 1e-5f;
     const auto [left, right] = std::minmax({corners[0].x, corners[1].x, corners[2].x});
     const auto [low, high] = std::minmax({corners[0].y, corners[1].y, corners[2].y});

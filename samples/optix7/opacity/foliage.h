@@ -20,7 +20,7 @@ Foliage makeFoliage(unsigned leaves);
 std::vector<unsigned char> makeLeafMask(unsigned size);
 
 // The states of the micro-triangles of one of a leaf's two triangles, in the order of the API:
-// opaque or transparent where the mask is all one, unknown where the any-hit program must decide.
+// opaque or transparent if the mask is uniform there, unknown if the any-hit program must decide.
 std::vector<unsigned char> leafStates(const Mask& mask, unsigned triangle, unsigned level);
 
 // States as the bytes of a 4-state micromap.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cut-out leaves twice: in the left half of the picture the any-hit program alone decides, in the
-// right half opacity micromaps replace it except near the outline. Both give the same picture; the
-// program prints the time of each. Needs OptiX 7.6. Read triangle first.
+// Renders cut-out leaves twice: in the left half of the picture with only the any-hit program, in
+// the right half with opacity micromaps, which replace it except near the outline. Both give the
+// same picture; the program prints the time of each. Needs OptiX 7.6. Read triangle first.
 #include "arguments.h"
 #include "foliage.h"
 #include "optix_setup.h"
@@ -127,7 +127,8 @@ Frame render(OptixPipeline pipeline, const OptixShaderBindingTable& sbt, Params 
     return frame;
 }
 
-// Left half of one picture, right half of the other; returns how many pixels differ anywhere.
+// Combines the left half of one picture with the right half of the other; returns the number of
+// differing pixels of the whole pictures.
 size_t compose(std::vector<float>& left, const std::vector<float>& right, unsigned width) {
     size_t different = 0;
     for (size_t i = 0; i < left.size(); i += 4) {

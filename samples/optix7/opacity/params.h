@@ -6,12 +6,12 @@
 
 #include <optix.h>
 
-// Where a leaf is and where it is not: one byte for each texel, 0 or 255, lower row first.
+// The mask of a leaf: one byte for each texel, 255 inside and 0 outside, lower row first.
 struct Mask {
     const unsigned char* texels;
     unsigned size; // across and down
 
-    // Without filtering, so that a texel decides alone.
+    // Without filtering, so that a single texel decides.
     SAMPLE_INLINE bool covers(float u, float v) const {
         const unsigned x = unsigned(clamp01(u) * float(size)),
                        y = unsigned(clamp01(v) * float(size));

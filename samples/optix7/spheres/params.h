@@ -13,7 +13,7 @@ struct Sphere {
     float index; // glass: index of refraction
 };
 
-// Which programs shade a sphere: the row of the shader binding table.
+// The programs that shade a sphere: the row of the shader binding table.
 enum Material : unsigned { kMatte, kCheckered, kMetal, kGlass, kCutout, kMaterialCount };
 
 // Two kinds of rays, so two records for each material.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spheres as custom primitives: an intersection program computes where a ray meets one, closest-hit
-// programs shade by material and trace further rays, an any-hit program cuts holes. Payload values
-// 0 to 2 carry the colour back, value 3 carries the number of the bounce forward.
+// Spheres as custom primitives: an intersection program computes where a ray meets a sphere,
+// closest-hit programs shade by material and trace further rays, and an any-hit program cuts holes.
+// Payload values 0 to 2 carry the colour back, value 3 carries the number of the bounce forward.
 #include <optix.h>
 
 #include "params.h"
@@ -33,7 +33,7 @@ DEVICE float3 traceColor(float3 origin, float3 direction, unsigned bounce) {
     return vec(__uint_as_float(red), __uint_as_float(green), __uint_as_float(blue));
 }
 
-// Whether the light is visible from `origin`: only the miss program says so.
+// Whether the light is visible from `origin`: only the miss program sets the result.
 DEVICE bool seesLight(float3 origin) {
     unsigned visible = 0;
     optixTrace(params.scene, origin, params.lightDirection, 1e-3f, 1e16f, 0.0f,

@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kLeastClang = 19;
-// A source that needs more is stopped, so that calls end.
+// Compilations beyond these limits are stopped, so that calls end.
 constexpr rlim_t kMostSeconds = 600, kMostBytes = rlim_t(16) << 30;
 
 std::string findInPath(const std::string& name) {
@@ -50,13 +50,13 @@ int versionOf(const std::string& clang) {
     return result.started ? std::atoi(result.output.c_str()) : 0;
 }
 
-// Of the library as installed and in a build tree, and of the program nvcc.
+// Searches the installed library's folder, the build tree's, and that of the program nvcc.
 std::string findHeaders() {
     Dl_info info;
     std::error_code error;
     if (!dladdr(reinterpret_cast<const void*>(&compiler), &info) || !info.dli_fname)
         return "";
-    // The name of a program may be one that the shell has looked up.
+    // The name of a program may be a result of the shell's search.
     fs::path file = info.dli_fname;
     if (!file.has_parent_path() || !fs::exists(file, error))
         file = "/proc/self/exe";
@@ -94,7 +94,7 @@ Compiler findCompiler() {
     return found;
 }
 
-// Without what `sunstone run` and sanitizers load into processes.
+// Without the libraries that `sunstone run` and sanitizers load into processes.
 std::vector<char*> childEnvironment() {
     std::vector<char*> list;
     for (char** entry = environ; entry && *entry; ++entry) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The clang that compiles programs. It runs as a process of its own: no source can crash the
+// The clang that compiles programs. It runs as a separate process, so that no source can crash the
 // application.
 #pragma once
 
@@ -11,9 +11,9 @@ namespace sunstone::nvrtc {
 struct Compiler {
     std::string path;    // of clang++; empty if there is none
     std::string headers; // the folder of cuda_runtime.h
-    std::string fault;   // why there is none, with the remedy
+    std::string fault;   // why there is none, and the remedy
 };
-// Of the process; looked for at the first call.
+// The compiler of the process; the first call searches it.
 const Compiler& compiler();
 
 struct ChildResult {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions of nvrtc.h. The answers to wrong calls are those of the toolkit's library (13.0).
+// The functions of nvrtc.h. Error codes of wrong calls are those of the toolkit's library (13.0).
 #include "api/nvrtc/program.h"
 #include "base/error.h"
 #include "base/handles.h"
@@ -64,7 +64,7 @@ nvrtcResult giveText(const char* function, nvrtcProgram handle, char* to,
     });
 }
 
-// Formats that are never made.
+// For formats that do not exist here.
 nvrtcResult giveNoSize(const char* function, nvrtcProgram handle, size_t* size) {
     return withProgram(function, handle, [&](Program&) {
         if (!size)

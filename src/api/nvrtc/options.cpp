@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// See options.h. One table has the names; both spellings, one dash or two, take "=value" or the
-// next word.
+// See options.h. One table has the names. Both spellings, with one dash or two, take "=value" or
+// the next word.
 #include "api/nvrtc/options.h"
 
 #include "base/error.h"
@@ -62,7 +62,7 @@ bool setArchitecture(Options& options, const std::string& value) {
     int number = 0;
     const auto [end, error] = std::from_chars(first, last, number);
     const bool hasSuffix = end + 1 == last && (*end == 'a' || *end == 'f');
-    // Older releases took 20 and 30, which applications of their time name.
+    // Older releases accepted 20 and 30, which applications of that time use.
     if (error != std::errc() || (end != last && !hasSuffix) || number < 20 || number > 129)
         return false;
     const auto above = std::upper_bound(architectures().begin(), architectures().end(), number);

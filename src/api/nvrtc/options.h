@@ -7,7 +7,7 @@
 
 namespace sunstone::nvrtc {
 
-// The version of CUDA whose library this is.
+// The CUDA version of this library.
 #ifdef SUNSTONE_NVRTC_12
 constexpr int kMajor = 12, kMinor = 9;
 #else
@@ -20,7 +20,7 @@ struct Options {
     bool debug = false, lineInfo = false, relocatable = false;
     bool flush = false, contract = true, preciseDivision = true, preciseRoots = true;
     bool fastFunctions = false;
-    bool int128 = false; // announced; clang has the type always
+    bool int128 = false; // requested; clang always has the type
     bool quiet = false, defaultDevice = false, sourceFolder = true, syntaxOnly = false;
     std::string standard = "c++17";
     std::vector<std::string> preprocessor; // clang's, in order
@@ -31,7 +31,7 @@ struct Options {
 // Options that clang has no counterpart for and that change no result are accepted.
 Options parseOptions(const std::vector<std::string>& words, int defaultArchitecture);
 
-// The architectures that clang knows, rising.
+// The architectures that clang supports, ascending.
 const std::vector<int>& architectures();
 
 // Definitions (-D...) of the macros that NVRTC predefines.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// See program.h. A name expression becomes a variable behind the source whose initial value is the
-// expression's address, so the PTX has the lowered name on the variable's line. The line is
-// removed.
+// See program.h. Each name expression becomes a variable, appended to the source and initialised
+// with the expression's address, so the PTX has the lowered name on the variable's line. That line
+// is then removed from the PTX.
 #include "api/nvrtc/program.h"
 
 #include "api/nvrtc/compiler.h"
@@ -45,7 +45,7 @@ void writeFile(const fs::path& path, const std::string& text) {
         fail(Code::kFileError, "cannot write ", path.string());
 }
 
-// How many folders a relative name leads above its start.
+// The number of folders that a relative name leads above its start.
 int climbOf(const fs::path& name) {
     int depth = 0, least = 0;
     for (const fs::path& part : name) {
@@ -55,7 +55,7 @@ int climbOf(const fs::path& name) {
     return -least;
 }
 
-// Where the files of a program lie: names that lead upwards must stay inside the temporary folder.
+// The folder of a program's files: names that lead upwards must stay inside the temporary folder.
 class Tree {
 public:
     Tree(const std::string& root, const std::vector<Header>& headers) : root_(root), folder_(root) {
@@ -117,7 +117,7 @@ std::string sourceText(const std::string& source, const std::string& name,
     return text;
 }
 
-// The log in the form of NVRTC: paths of temporary files have no meaning to the program.
+// The log in the form of NVRTC, without paths of temporary files.
 std::string shownLog(std::string text, const std::string& folder, const std::string& name) {
     for (size_t at; (at = text.find(folder + "/")) != std::string::npos;)
         text.erase(at, folder.size() + 1);

@@ -25,7 +25,7 @@ public:
     nvrtcResult addName(const std::string& expression);
     nvrtcResult loweredName(const std::string& expression, const char** name);
 
-    // Copies of results. The image is what cuModuleLoadData loads for a real architecture: PTX.
+    // Copies of results. The image of a real architecture is PTX, which cuModuleLoadData loads.
     std::string log();
     std::string ptx();
     std::string image();

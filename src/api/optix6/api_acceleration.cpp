@@ -87,7 +87,7 @@ SUNSTONE_API RTresult rtAccelerationIsDirty(RTacceleration acceleration, int* di
     });
 }
 
-// Without effect, as the manual says of the last two; the first three "should not be called".
+// Without effect: the manual says so of the last two; the first three "should not be called".
 SUNSTONE_API RTresult rtAccelerationGetDataSize(RTacceleration acceleration, RTsize*) {
     return call<Acceleration>(__func__, acceleration, "acceleration", [](Acceleration&) {
         refuse(RT_ERROR_NOT_SUPPORTED, "data of acceleration structures is not available");

@@ -48,7 +48,7 @@ RTresult createBuffer(const char* function, RTcontext handle, unsigned descripti
         RT_ERROR_INVALID_CONTEXT);
 }
 
-// Changes of a buffer that structures and records follow.
+// Changes a property of a buffer on which structures and records depend.
 template <class Body>
 RTresult change(const char* function, RTbuffer buffer, const Body& body) {
     return call<Buffer>(function, buffer, "buffer", body);
@@ -174,7 +174,7 @@ SUNSTONE_API RTresult rtBufferGetMipLevelCount(RTbuffer buffer, unsigned* levels
                         [&](Buffer& object) { store(levels, "level", object.mipLevels); });
 }
 
-// A progressive launch goes on while its pictures are looked at.
+// A progressive launch continues while its pictures are mapped.
 static RTresult onMemory(const char* function, RTbuffer buffer,
                          const std::function<void(Buffer&)>& body) {
     return call<Buffer>(function, buffer, "buffer", body,
@@ -215,7 +215,7 @@ static void requireDevice(const Buffer& buffer, int ordinal) {
                ", but the context runs on device ", device);
 }
 
-// Launches copy the elements from OpenGL, so that writes by a pointer would get lost.
+// Launches copy the elements from OpenGL, so writes through a pointer would be lost.
 static void requireOwnElements(const Buffer& buffer) {
     if (buffer.glBuffer)
         refuse(RT_ERROR_INVALID_VALUE, "the elements are those of OpenGL buffer ", buffer.glBuffer,

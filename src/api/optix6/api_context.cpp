@@ -95,7 +95,7 @@ SUNSTONE_API RTresult rtContextGetMaxCallableProgramDepth(RTcontext handle, unsi
                        [&](Context& c) { store(depth, "maxDepth", c.maxCallableDepth); });
 }
 
-// Has no effect, as the manual says.
+// Without effect, as in the manual.
 SUNSTONE_API RTresult rtContextSetTimeoutCallback(RTcontext handle, RTtimeoutcallback, double) {
     return callContext(__func__, handle, [](Context&) {});
 }
@@ -375,7 +375,7 @@ SUNSTONE_API RTresult rtContextLaunch3D(RTcontext context, unsigned entry, RTsiz
     return launch(__func__, context, entry, width, height, depth);
 }
 
-// Has no effect, as the manual says.
+// Without effect, as in the manual.
 SUNSTONE_API RTresult rtContextCompile(RTcontext handle) {
     return callContext(__func__, handle, [](Context&) {});
 }

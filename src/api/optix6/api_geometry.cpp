@@ -109,7 +109,7 @@ SUNSTONE_API RTresult rtGeometryGetFlags(RTgeometry geometry, RTgeometryflags* v
                           [&](Geometry& object) { store(value, "flags", object.flags); });
 }
 
-// Have no effect, as the manual says.
+// Without effect, as in the manual.
 SUNSTONE_API RTresult rtGeometryMarkDirty(RTgeometry geometry) {
     return call<Geometry>(__func__, geometry, "geometry", [](Geometry&) {});
 }

@@ -31,7 +31,7 @@ void giveList(RTsize size, void* p, const std::vector<int>& list) {
     std::memcpy(p, list.data(), size);
 }
 
-// As much of a text as fits, terminated.
+// Copies the part of a text that fits, with a terminator.
 void giveText(RTsize size, void* p, std::string_view text) {
     requireNonNull(p, "p");
     if (size == 0)
@@ -57,13 +57,13 @@ RTsize freeMemory(unsigned device) {
 
 std::atomic<int> usesRtx{0};
 
-// Null: the device is the CPU.
+// Null: the CPU.
 const engine::Gpu* gpuAt(int ordinal) {
     const std::vector<engine::Gpu>& all = engine::gpus();
     return all.empty() ? nullptr : &all[size_t(ordinal)];
 }
 
-// The count, the devices, and zeros for the others.
+// The count, then the devices, then zeros.
 std::vector<int> compatibleDevices(int ordinal) {
     std::vector<int> list(deviceCount() + 1);
     for (unsigned i = 0; i < deviceCount(); ++i)
@@ -158,7 +158,7 @@ SUNSTONE_API RTresult rtDeviceGetAttribute(int ordinal, RTdeviceattribute attrib
 
 namespace {
 
-// Attributes that are stored and decide nothing here.
+// Attributes that are stored without effect.
 bool isKept(RTcontextattribute attribute) {
     return attribute == RT_CONTEXT_ATTRIBUTE_CPU_NUM_THREADS ||
            attribute == RT_CONTEXT_ATTRIBUTE_GPU_PAGING_FORCED_OFF ||

@@ -190,7 +190,7 @@ SUNSTONE_API RTresult rtGroupSetVisibilityMask(RTgroup group, RTvisibilitymask v
         object.mask = value;
         object.noteMoved();
         if (wasSeenByAll != (value == RT_VISIBILITY_ALL))
-            object.noteSceneChange(); // where rays start, pipelines for GPUs depend on it
+            object.noteSceneChange(); // pipelines for GPUs depend on the node at which rays start
     });
 }
 SUNSTONE_API RTresult rtGroupGetVisibilityMask(RTgroup group, RTvisibilitymask* value) {
@@ -347,7 +347,7 @@ void setLastRow(std::array<float, 16>& matrix) {
     matrix[15] = 1;
 }
 
-// A transform that begins or ceases to move is another part of the graph.
+// A transform that gains or loses motion changes the graph.
 void setKeys(Transform& object, std::vector<float> keys, RTmotionkeytype type, unsigned steps) {
     if (keys.empty() != object.keys.empty())
         object.noteSceneChange();

@@ -13,7 +13,7 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
-// `read(i)` gives the text of a source.
+// `read(i)` returns the text of a source.
 template <class Read>
 RTresult createProgram(const char* function, RTcontext handle, unsigned count, const void* sources,
                        const char* name, RTprogram* program, const Read& read) {
@@ -39,7 +39,7 @@ std::string readFile(const char* name) {
     requireNonNull(name, "filename");
     std::ifstream file(name, std::ios::binary);
     std::error_code error;
-    if (!file || std::filesystem::is_directory(name, error)) // which opens as files do
+    if (!file || std::filesystem::is_directory(name, error)) // opening a folder succeeds, too
         refuse(RT_ERROR_FILE_NOT_FOUND, "file \"", name, "\" cannot be read");
     return std::string(std::istreambuf_iterator<char>(file), {});
 }
@@ -88,7 +88,7 @@ SUNSTONE_API RTresult rtProgramGetId(RTprogram program, int* id) {
     });
 }
 
-// Every call finds every callee here, so the list decides nothing.
+// All callees are available at every call, so the list has no effect.
 SUNSTONE_API RTresult rtProgramCallsiteSetPotentialCallees(RTprogram program, const char* name,
                                                            const int* ids, int count) {
     return call<Program>(__func__, program, "program", [&](Program& object) {

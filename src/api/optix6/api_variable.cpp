@@ -66,7 +66,7 @@ void variableAt(Scoped& object, unsigned index, RTvariable* v, RTresult outside)
 
 } // namespace
 
-// `outside`: the result of an index that is too large.
+// `outside`: the result for an index out of range.
 #define SUNSTONE_SCOPE(Class, Handle, parameter, outside)                                          \
     SUNSTONE_API RTresult rt##Class##DeclareVariable(Handle h, const char* name, RTvariable* v) {  \
         return SUNSTONE_CALL(Class, parameter,                                                     \

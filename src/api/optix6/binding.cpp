@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From programs and scopes to records: which variable a program reads, and the block with its
+// Binds programs to scopes: finds the variable that a program reads, and fills the block with the
 // values.
 #include "api/optix6/scene.h"
 
@@ -18,7 +18,7 @@ bool isBoundProgram(const DeviceVariable& variable) {
     return variable.typeEnum == compiler::optix6::kTypeBoundProgram;
 }
 
-// The same of a buffer. One without elements fits every access.
+// The same for a buffer. A buffer without elements fits every access.
 std::string mismatch(const DeviceVariable& wanted, const Buffer& given) {
     const devlib::BufferView& view = given.view();
     if (!view.data || view.size[0] == 0)
@@ -32,7 +32,7 @@ std::string mismatch(const DeviceVariable& wanted, const Buffer& given) {
     return {};
 }
 
-// What is wrong with a host variable as the value of a program's; empty if nothing is.
+// Why a host variable cannot be the value of a program's variable; empty if it can.
 std::string mismatch(const DeviceVariable& wanted, const Variable& given) {
     const std::shared_ptr<Object> object = given.object.lock();
     const auto needs = [&](bool fits, const char* what) {
@@ -59,7 +59,8 @@ std::string mismatch(const DeviceVariable& wanted, const Variable& given) {
 
 std::shared_ptr<Variable> Scene::resolve(const DeviceVariable& wanted, const ProgramCode& code,
                                          const Scopes& scopes) const {
-    // Variables that never had a value hide none: OptiXpp declares what an application looks for.
+    // Variables without a value hide none: OptiXpp declares each variable that an application
+    // queries.
     std::shared_ptr<Variable> found;
     for (const Scope* scope : scopes) {
         if (const auto declared = scope->find(wanted.name))
@@ -108,7 +109,7 @@ void Block::write(uint32_t index) {
     }
 }
 
-// The memory of the block that the program has in these scopes, after its own.
+// The memory of the program's block in these scopes, after its own scope.
 const void* Scene::block(const Program& program, Scopes scopes) {
     program.isInScene = true;
     scopes.insert(scopes.begin(), &program.scope);
@@ -151,8 +152,8 @@ const void* Scene::block(const Program& program, Scopes scopes) {
     return block.memory;
 }
 
-// The number that a call of the program by a variable has. Its variables are looked for in its own
-// scope and in those of the caller.
+// The number by which a variable calls the program. The program's variables are searched in its own
+// scope, then in those of the caller.
 int Scene::boundCallable(const Program& program, const Scopes& scopes) {
     constexpr size_t kDepth = 31;
     if (scopes.size() > kDepth)

@@ -129,7 +129,7 @@ void Buffer::setMipLevels(unsigned count) {
     allocate();
 }
 
-// Layers and faces are as many at each level.
+// Layers and faces have the same number at each level.
 uint64_t Buffer::extent(unsigned dimension, unsigned level) const {
     const uint64_t whole = extents_[dimension];
     const bool layers = dimension == 2 && (description & (RT_BUFFER_LAYERED | RT_BUFFER_CUBEMAP));
@@ -195,7 +195,7 @@ void Buffer::moveTo(const std::shared_ptr<engine::Backend>& backend) {
         backend->copy(storage.get(), elements.data(), elements.size());
     }
     std::memcpy(view.get(), view_.get(), sizeof(devlib::BufferView));
-    backend_ = backend; // nothing fails from here on
+    backend_ = backend; // no errors from here on
     view_ = std::move(view);
     storage_ = std::move(storage);
     noteChange();
@@ -278,7 +278,7 @@ void Buffer::write(std::string_view all) {
     noteChange();
 }
 
-// Whether the host cannot read the memory.
+// Whether the memory is not accessible to the host.
 bool Buffer::isForeign() const {
     return adopted_ && !backend().sharesMemory();
 }

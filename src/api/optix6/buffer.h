@@ -30,20 +30,20 @@ public:
     void setMemory(void* memory);
     // Throws Failure if the application has a pointer to the elements on their device.
     void requireMovable() const;
-    // Puts the elements on another device. The buffer is movable and not mapped.
+    // Moves the elements to another device. The buffer must be movable and not mapped.
     void moveTo(const std::shared_ptr<engine::Backend>& backend);
     void* map(unsigned flags, unsigned level);
     void unmap(unsigned level);
     bool isMapped() const;
-    // All bytes of all levels, whichever device they are on.
+    // Reads all bytes of all levels, on any device.
     void read(void* to) const;
     void write(std::string_view all);
-    // Throws RT_ERROR_INVALID_CONTEXT if something is missing.
+    // Throws RT_ERROR_INVALID_CONTEXT if a property is missing.
     void validate() const;
 
     uint8_t* data() const { return view().data; }
     uint64_t levelOffset(unsigned level) const;
-    // Of a dimension at a level; 1 beyond the dimensionality.
+    // The size of a dimension at a level; 1 beyond the dimensionality.
     uint64_t extent(unsigned dimension, unsigned level) const;
     uint64_t bytes() const;
     const devlib::BufferView& view() const {
@@ -58,9 +58,9 @@ public:
     void notePointer() { hasPointer_ = true; }
     void noteChange() { ++version_; }
     unsigned typeBits() const { return description & 0x13; }
-    // Whether programs that access one access the other in the same way.
+    // Whether programs access both buffers in the same way.
     bool hasShapeOf(const Buffer& other) const;
-    // The variables whose value it is.
+    // The variables that have the buffer as their value.
     void addHolder(const Variable& variable) { holders_.insert(&variable); }
     void removeHolder(const Variable& variable) { holders_.erase(&variable); }
     bool hasHolders() const { return !holders_.empty(); }
@@ -76,7 +76,7 @@ public:
     bool isGlRegistered = false;
     bool isUsedByObjects = false; // by geometry triangles or a texture sampler, now or before
     bool isRegistered() const { return glBuffer == 0 || isGlRegistered; }
-    // Throws RT_ERROR_INVALID_VALUE where OpenGL alone may use the elements.
+    // Throws RT_ERROR_INVALID_VALUE if only OpenGL may use the elements.
     void requireRegistered() const;
 
 private:
@@ -93,7 +93,7 @@ private:
     std::shared_ptr<engine::Backend> backend_;
     SharedMemory storage_, view_;
     void* adopted_ = nullptr;
-    bool hasPointer_ = false; // the application has got a device pointer
+    bool hasPointer_ = false; // the application has a device pointer
     std::set<const Variable*> holders_;
     uint64_t version_ = 0;
     std::vector<bool> mapped_{false};                // by level

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Entry points: each looks up its object, takes the context's lock, runs a body and turns what it
-// throws into a result. The text stays with the context for rtContextGetErrorString.
+// Entry points: each looks up its object, takes the context's lock, runs a body and turns
+// exceptions into a result. The context keeps the text for rtContextGetErrorString.
 #pragma once
 
 #include "api/optix6/context.h"
@@ -15,7 +15,7 @@
 
 namespace sunstone::optix6 {
 
-// Of the machine: its GPUs, or else the CPU as one.
+// Devices of the machine: its GPUs, or else one for the CPU.
 inline unsigned deviceCount() {
     return unsigned(std::max<size_t>(1, engine::gpus().size()));
 }
@@ -24,8 +24,8 @@ inline unsigned deviceCount() {
 RTresult guarded(const std::shared_ptr<Context>& context, const char* function,
                  const std::function<void()>& body);
 
-// Takes the context's lock and ends its progressive launch: as the manual says, any call but a few
-// does. What a progressive launch reads therefore stays as it is while the launch runs.
+// Takes the context's lock and ends its progressive launch: the manual lets only a few calls
+// continue it. The data of a progressive launch therefore stays unchanged while the launch runs.
 inline std::unique_lock<std::mutex> enter(Context& context) {
     std::unique_lock lock(context.mutex());
     context.progressive->stop();
@@ -39,7 +39,7 @@ inline void requireAlive(const void* handle, const char* parameter, RTresult dea
 }
 
 // Runs body(object) with the lock of its context. T has kKind. `goesOn(object)`: whether a
-// progressive launch goes on.
+// progressive launch continues.
 template <class T, class Body>
 RTresult call(const char* function, const void* handle, const char* parameter, const Body& body,
               bool (*goesOn)(const T&) = nullptr) {
@@ -56,7 +56,7 @@ RTresult call(const char* function, const void* handle, const char* parameter, c
     });
 }
 
-// The same for contexts. `dead`: the result for a handle that is none.
+// The same for contexts. `dead`: the result for an invalid handle.
 template <class Body>
 RTresult callContext(const char* function, RTcontext handle, const Body& body,
                      RTresult dead = RT_ERROR_INVALID_VALUE, bool goesOn = false) {
@@ -89,7 +89,7 @@ RTresult create(const char* function, RTcontext handle, const char* parameter, H
         RT_ERROR_INVALID_CONTEXT);
 }
 
-// Removes an object, with its variables. What refers to it finds nothing from now on.
+// Removes an object with its variables. References to it are empty afterwards.
 template <class T>
 void removeObject(T& object) {
     if constexpr (std::is_base_of_v<Scoped, T>)
@@ -131,8 +131,8 @@ RTresult getContext(const char* function, const void* handle, const char* parame
     });
 }
 
-// Runs a launch. For rtContextDestroy one whose programs fail is a failed launch; one that is
-// refused is none.
+// Runs a launch and notes a failure for rtContextDestroy. A launch whose programs fail has failed;
+// a rejected call has not.
 template <class Body>
 void noteFailure(Context& context, const Body& body) {
     try {
@@ -144,8 +144,8 @@ void noteFailure(Context& context, const Body& body) {
     }
 }
 
-// Launches an entry point and waits; the objects that OpenGL shares are the caller's matter
-// (gl/share.h). Throws Failure.
+// Launches an entry point and waits; the caller handles objects shared with OpenGL (gl/share.h).
+// Throws Failure.
 void launchEntry(Context& context, unsigned entryPoint, RTsize width, RTsize height, RTsize depth);
 
 template <class Value>

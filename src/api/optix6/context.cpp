@@ -191,7 +191,7 @@ void Context::setDevice(int ordinal) {
     const std::vector<engine::Gpu>& gpus = engine::gpus();
     auto backend =
         gpus.empty() ? engine::cpuBackend() : engine::createPrimaryBackend(gpus[size_t(ordinal)]);
-    if (!engine->backend) // the context is being made
+    if (!engine->backend) // the context is being created
         return useBackend(std::move(backend), ordinal);
     checkUnmapped(*this, true);
     const std::vector<std::shared_ptr<Object>> all = liveObjects();
@@ -205,7 +205,7 @@ void Context::setDevice(int ordinal) {
         useBackend(to, toOrdinal);
         scene = std::make_unique<Scene>(*this);
         noteStructure();
-        for (const std::shared_ptr<Object>& object : all) // before buffers write to their users
+        for (const std::shared_ptr<Object>& object : all) // before buffers write to blocks
             if (object->kind == Kind::kVariable)
                 static_cast<Variable&>(*object).users.clear(); // in blocks of the scene before
         for (const std::shared_ptr<Object>& object : all)
@@ -279,7 +279,7 @@ int Context::idOf(TextureSampler& sampler) {
 }
 int Context::idOf(Program& program) {
     if (program.id == 0)
-        noteStructure(); // it gets a record
+        noteStructure(); // it needs a record
     return giveId(program, programs);
 }
 
@@ -303,8 +303,8 @@ uint32_t Context::attributePlace(const std::string& name, uint32_t bytes) {
 
 namespace {
 
-// Begins linked texts, which have the texture functions already. Remote devices get them as texts
-// like any other.
+// Start of linked texts, which already contain the texture functions. Remote devices receive them
+// like other texts.
 constexpr std::string_view kLinked = "// linked\n";
 
 } // namespace
@@ -381,7 +381,7 @@ bool isInstance(std::string_view symbol, const std::string& name) {
         abi::__cxa_demangle(std::string(symbol).c_str(), nullptr, nullptr, &status), &std::free);
     if (!text)
         return false;
-    const std::string_view whole = text.get(); // begins with the type of the result
+    const std::string_view whole = text.get(); // starts with the type of the result
     const size_t place = whole.find(name + "(");
     return place != whole.npos && (place == 0 || whole[place - 1] == ' ');
 }
@@ -431,8 +431,8 @@ Context::linkTexts(const std::vector<std::shared_ptr<ModuleText>>& texts) {
     return entry = loadText(whole);
 }
 
-// Texts without programs stay for applications that create the same programs again. An application
-// that edits its programs has a new text each time, so there is a limit.
+// Texts without programs are kept for applications that create the same programs again. An
+// application that edits its programs has a new text each time, so the number is limited.
 void Context::dropUnusedTexts() {
     constexpr size_t kLeast = 64;
     if (texts_.size() < std::max(kLeast, mostTexts_))

@@ -33,8 +33,8 @@ public:
     std::shared_ptr<Context> self() const { return context(); }
     std::mutex& mutex() const { return mutex_; }
 
-    // Something changed that decides which value a variable of a program has, or which programs and
-    // objects there are.
+    // Notes a change of the values that variables of programs have, or of the set of programs and
+    // objects.
     void noteStructure() { structureChanged = true; }
 
     // The code of a program, from texts that are linked. Throws.
@@ -46,18 +46,18 @@ public:
     int idOf(TextureSampler& sampler);
     int idOf(Program& program);
 
-    // For rtContextGetErrorString; of the last call that failed.
+    // For rtContextGetErrorString: the error of the last failed call.
     std::string lastError;
-    // A string that was returned, until the next one is.
+    // Keeps a returned string until the next call.
     const char* keep(std::string text);
-    // Whether the usage report has texts of the level.
+    // Whether the usage report contains texts of this level.
     bool wantsReports(int level) const { return reportCallback && level <= reportVerbosity; }
     // Queues a line for the usage report's callback, which is called without the lock.
     void report(int level, const char* tag, const std::string& text);
     void deliverReports();
 
     // The device of all objects: the CPU or one of engine::gpus(). Objects move to it. Throws
-    // Failure where one cannot.
+    // Failure if one cannot.
     void setDevice(int ordinal);
     bool isOnGpu() const { return !engine->backend->sharesMemory(); }
 
@@ -76,7 +76,7 @@ public:
     RTusagereportcallback reportCallback = nullptr;
     int reportVerbosity = 0;
     void* reportData = nullptr;
-    std::map<RTcontextattribute, int> attributes; // that are stored and decide nothing
+    std::map<RTcontextattribute, int> attributes; // stored without effect
 
     // By id; 0 is none.
     IdList<Buffer> buffers{1024};
@@ -85,25 +85,25 @@ public:
     IdList<Node> nodes{64};               // programs cannot keep their ids
     std::vector<Ref<Variable>> variables; // of all scopes
     std::vector<Ref<Buffer>> allBuffers;
-    // That share their data with OpenGL.
+    // Buffers that share their data with OpenGL.
     std::vector<Ref<Buffer>> glBuffers;
     std::vector<Ref<TextureSampler>> glSamplers;
 
-    // Where attributes are in blocks, by name and bytes.
+    // Offsets of attributes in blocks, by name and bytes.
     std::map<std::pair<std::string, uint32_t>, uint32_t> attributePlaces;
     unsigned attributeBytes() const;
-    // The annotation that a program gives a variable of this name; empty if none does.
+    // The annotation of a program's variable with this name; empty if there is none.
     std::string annotationOf(const std::string& name) const;
-    // Whether some program has a variable of this name.
+    // Whether a program has a variable with this name.
     bool isRead(const std::string& name) const;
 
-    Ref<RemoteDevice> remoteDevice; // that rtContextSetRemoteDevice has set
+    Ref<RemoteDevice> remoteDevice; // set by rtContextSetRemoteDevice
     bool usesRemoteDevice = false;
-    // What has changed since the last launch: everything, or these.
+    // Changes since the last launch: everything, or the members below.
     bool structureChanged = true;
     std::vector<Ref<Node>> movedNodes;
     std::vector<Ref<Acceleration>> dirtyAccelerations;
-    uint64_t lastVersion = 0; // of bounds; no two structures have the same
+    uint64_t lastVersion = 0; // of bounds; unique among structures
     std::unique_ptr<Scene> scene;
     std::unique_ptr<Progressive> progressive; // its thread uses the scene
 
@@ -119,7 +119,7 @@ private:
     mutable std::mutex mutex_;
     std::map<std::string, std::shared_ptr<ModuleText>> texts_; // by digest
     std::map<std::vector<std::shared_ptr<ModuleText>>, std::shared_ptr<ModuleText>> linked_;
-    size_t mostTexts_ = 0; // without a look for unused ones
+    size_t mostTexts_ = 0; // limit that starts a search for unused ones
     std::string returned_;
     struct Report {
         int level;
@@ -135,13 +135,13 @@ constexpr unsigned kAllExceptions = (1u << 12) - 1;
 int exceptionBit(RTexception exception);
 bool isEnabled(const Context& context, RTexception exception);
 
-// Throw Failure: there is no such entry point, or there are too many launch indices; a buffer is
+// Throw Failure: the entry point does not exist, there are too many launch indices, or a buffer is
 // mapped.
 void checkLaunch(const Context& context, unsigned entry, RTsize width, RTsize height, RTsize depth);
 void checkUnmapped(const Context& context, bool withStreams);
 
 const char* textOf(RTresult result);
-// What failed last in the calling thread, if its context is unknown: that of a dead handle.
+// The last error of the calling thread without a known context, as for a dead handle.
 const std::string& failureWithoutContext();
 RTresult resultOf(Code code);
 

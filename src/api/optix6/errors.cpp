@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results: their texts, their relation to codes of the engine, and the guard of every entry point.
+// Results: their texts, the conversion from engine codes, and the guard of every entry point.
 #include "api/optix6/call.h"
 #include "base/thread_object.h"
 
@@ -130,7 +130,7 @@ const std::string& failureWithoutContext() {
 
 RTresult guarded(const std::shared_ptr<Context>& context, const char* function,
                  const std::function<void()>& body) {
-    if (refusesForkedChild()) // rtContextGetErrorString knows the text
+    if (refusesForkedChild()) // rtContextGetErrorString returns the text
         return RT_ERROR_UNKNOWN;
     RTresult result = RT_SUCCESS;
     std::string cause;
@@ -155,7 +155,7 @@ RTresult guarded(const std::shared_ptr<Context>& context, const char* function,
         const std::string line =
             message(textOf(result), " (Details: Function \"", function, "\": ", cause, ")");
         log(LogLevel::kError, "optix6", line);
-        // Wrappers ask for the context of the object whose call has failed, which stays the cause.
+        // Wrappers query the context of the object whose call has failed; this keeps the cause.
         const bool isQuestion = std::string_view(function).ends_with("GetContext");
         if (!isQuestion || lostFailure().empty())
             lostFailure() = context ? "" : line;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene graph: geometry, materials, instances, groups, transforms, selectors, acceleration
-// structures. Objects hold what the application sets; scene.h makes structures of it.
+// structures. Objects hold the values that the application sets; scene.h builds structures from
+// them.
 #pragma once
 
 #include "api/optix6/buffer.h"
@@ -82,10 +83,10 @@ public:
     std::map<std::string, std::string> properties;
     bool dirty = true;
     void markDirty();
-    // Whether structures that are dirty are updated where they can be.
+    // Whether dirty structures are updated where possible.
     bool refits() const;
 
-    // What was built for geometry groups: a structure for each of their sets.
+    // One structure of a geometry group: each of its sets has one.
     struct Built {
         SharedMemory memory, scratch;
         uint64_t handle = 0;         // 0: nothing was built
@@ -97,26 +98,26 @@ public:
     unsigned version = 0;         // grows whenever a launch finds it dirty
     void drop() { sets.clear(), layout.clear(), markDirty(); }
 
-    std::vector<uint32_t> owners; // the scene's: Node::place
+    std::vector<uint32_t> owners; // Node::place of the owners, set by the scene
 };
 
-// A node of the graph: something that rays are traced against.
+// A node of the graph: an object that rays can be traced against.
 class Node : public Scoped {
 public:
     Node(Kind kind, const std::shared_ptr<Context>& context);
     virtual std::vector<std::shared_ptr<Object>> children() const = 0;
-    const unsigned id; // what rtObject variables hold
+    const unsigned id; // the value of rtObject variables
     void enlist();     // after construction
-    // Its place or another property that leaves the graph as it is has changed.
+    // Notes a move, or another change that leaves the structure of the graph unchanged.
     void noteMoved();
 
-    // Made by the scene: what rays enter, and its memory.
+    // Set by the scene: the traversable that rays enter, and its memory.
     uint64_t nodeHandle = 0;
     SharedMemory nodeMemory;
-    std::unique_ptr<InstanceStructure> several; // where rays enter more than one child
+    std::unique_ptr<InstanceStructure> several; // if rays enter more than one child
     void dropStructures() { nodeHandle = 0, nodeMemory = {}, several = nullptr; }
 
-    // The scene's: its number among the nodes, and which slots of which nodes hold it.
+    // Set by the scene: the node's index, and the slots of other nodes that hold it.
     static constexpr uint32_t kNowhere = ~0u;
     uint32_t place = kNowhere;
     unsigned levels = 0, levelsAtStart = 0; // see Scene::checkDepth
@@ -124,7 +125,7 @@ public:
     bool hasMoved = false;
 };
 
-// The geometry of a group that one structure holds: of one kind, with the same motion keys.
+// Geometry of a group in one structure: of one kind, with the same motion keys.
 struct GeometrySet {
     bool isMesh = false;
     bvh::MotionOptions motion;
@@ -141,7 +142,7 @@ public:
     Ref<Acceleration> acceleration;
     RTvisibilitymask mask = RT_VISIBILITY_ALL;
     RTinstanceflags flags = RT_INSTANCE_FLAG_NONE;
-    // Made by the scene: triangles come before custom primitives.
+    // Set by the scene: triangles come before custom primitives.
     std::vector<GeometrySet> sets;
 };
 
@@ -160,10 +161,11 @@ public:
     Ref<Acceleration> acceleration;
     RTvisibilitymask mask = RT_VISIBILITY_ALL;
 
-    // What was built, and of which version of which acceleration. Groups that share an acceleration
-    // have structures of their own, as a structure holds the places and records of the children.
+    // The structure, with the acceleration and version for which it was built. Groups that share an
+    // acceleration have separate structures, because a structure holds the positions and records of
+    // the children.
     std::unique_ptr<InstanceStructure> built;
-    std::vector<size_t> firstChild; // in the structure, of each slot, and the number of all
+    std::vector<size_t> firstChild; // of each slot in the structure, and the total number
     Ref<Acceleration> builtFor;
     unsigned builtVersion = 0;
 };
@@ -174,7 +176,7 @@ public:
     explicit Selector(const std::shared_ptr<Context>& context) : ParentNode(kKind, context) {}
     Ref<Program> visit;
 
-    // Made by the scene: the children as rays enter them, and a structure with the bounds of all.
+    // Set by the scene: the traversables of the children, and a structure with the bounds of all.
     SharedMemory childHandles; // traversable handles
     std::unique_ptr<InstanceStructure> bounds;
 };
@@ -191,7 +193,7 @@ public:
     Motion motion;
     Ref<Node> child;
 
-    // With keys: of the child that the node has, and of the node's own bounds.
+    // With keys: versions of the current child's bounds, and of the node's own.
     uint64_t childVersion = 0, motionVersion = 0;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ids of objects: places in a list that programs index. Those of destroyed objects are collected
-// once the list has doubled, so that making many objects takes linear time, and are given again in
-// the order in which they were made: an id that a program still uses stays invalid for long.
+// Ids of objects: indices of a list that programs read. Ids of destroyed objects are collected once
+// the list has doubled, so that creating n objects takes linear time. They are reused in ascending
+// order, so that an id that a program still uses stays invalid for long.
 #pragma once
 
 #include "api/optix6/object.h"
@@ -24,7 +24,7 @@ public:
     auto begin() const { return list_.begin(); }
     auto end() const { return list_.end(); }
 
-    // An id for an object that is being made; 0 is no id. `set` follows before the next call.
+    // An id for an object under construction; 0 is no id. `set` must follow before the next call.
     unsigned reserve() {
         if (free_.empty() && list_.size() >= nextSearch_) {
             for (unsigned i = 1; i < list_.size(); ++i)

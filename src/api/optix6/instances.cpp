@@ -13,7 +13,7 @@ namespace sunstone::optix6 {
 
 namespace {
 
-// If more than one child in so many has changed, a build costs little more than their updates.
+// If more than one child in so many has changed, a build costs little more than the updates.
 constexpr size_t kMostChanged = 4;
 // A ray through the updated tree costs at most this much more than through a new one.
 constexpr double kMostDegraded = 1.5;
@@ -25,12 +25,12 @@ bvh::BuildOptions buildOptions() {
     return options;
 }
 
-// Whether rays enter something else than what gives the bounds.
+// Whether rays enter another traversable than the one that provides the bounds.
 bool isSpecial(const Child& child) {
     return child.handle != child.instance.traversableHandle;
 }
 
-// Whether the boxes are the same for both.
+// Whether both have the same box.
 bool coversSame(const Child& a, const Child& b) {
     return a.instance.traversableHandle == b.instance.traversableHandle && a.version == b.version &&
            (a.instance.visibilityMask == 0) == (b.instance.visibilityMask == 0) &&
@@ -76,7 +76,7 @@ void InstanceStructure::showOne(size_t index, const Child& child) {
         descriptions_[index] = child.instance;
 }
 
-// The record of a child in the structure; that of no child is hidden.
+// Writes the record of a child in the structure; a missing child becomes a hidden record.
 void InstanceStructure::write(size_t index) {
     if (handle_ == 0 || index >= built_)
         return;
@@ -95,7 +95,7 @@ void InstanceStructure::write(size_t index) {
     math::invert(record.objectToWorld, record.worldToObject);
 }
 
-// Builders of GPUs read memory that they share with the host, those of CPUs the list itself.
+// GPU builders read memory shared with the host, CPU builders the list itself.
 bvh::InstanceInput InstanceStructure::input(const Context& context) const {
     bvh::InstanceInput in;
     in.numInstances = uint32_t(children_.size());
@@ -118,7 +118,7 @@ void InstanceStructure::update(Context& context, bool refitsAll) {
         isStale_[i] = false;
     stale_.clear();
     version_ = ++context.lastVersion;
-    // Builders write the handles of the descriptions.
+    // Builders write the handles of the descriptions; special children have others.
     for (size_t i = 0; special_ != 0 && i < children_.size(); ++i)
         if (isSpecial(children_[i]))
             write(i);

@@ -39,12 +39,12 @@ private:
     size_t size_ = 0;
 };
 
-// Memory of many small things that are freed together: the allocation of each would take longer
-// than all else about it. Zeros, aligned to 64 bytes.
+// Memory of many small objects that are freed together, because single allocations would take
+// longer than all other work on them. Zeros, aligned to 64 bytes.
 class SharedPool {
 public:
     uint8_t* take(const std::shared_ptr<engine::Backend>& backend, size_t bytes) {
-        // The memory checker knows allocations alone.
+        // The memory checker only knows whole allocations.
         static const size_t chunk = checks("memory") ? 0 : size_t(64) << 10;
         bytes = (bytes + 63) / 64 * 64;
         if (chunks_.empty() || bytes > chunks_.back().size() - used_) {

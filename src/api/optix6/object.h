@@ -44,9 +44,9 @@ public:
     Object(const Object&) = delete;
 
     const Kind kind;
-    // The scene has read the object, now or before: a change of it may be one of the scene.
+    // The scene reads the object, or has read it: a change of the object may change the scene.
     mutable bool isInScene = false;
-    // Tells the context of such a change (Context::noteStructure).
+    // Reports such a change to the context (Context::noteStructure).
     void noteSceneChange() const;
     // Null while the context is being destroyed.
     virtual std::shared_ptr<Context> context() const { return owner_.lock(); }

@@ -33,10 +33,10 @@ public:
     Program(const std::shared_ptr<Context>& context, std::shared_ptr<ProgramCode> code_)
         : Scoped(kKind, context), code(std::move(code_)) {}
     const std::shared_ptr<ProgramCode> code;
-    int id = 0; // 0: not asked for yet
+    int id = 0; // 0: not requested yet
 };
 
-// Throws RT_ERROR_TYPE_MISMATCH where a program cannot be of this kind.
+// Throws RT_ERROR_TYPE_MISMATCH if a program cannot have this kind.
 void checkKind(const Program& program, compiler::ProgramKind kind, const char* parameter);
 
 } // namespace sunstone::optix6

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts of the usage report about work and its time. Where the application wants no texts of their
-// level, they cost a comparison.
+// Texts of the usage report about work and its time. If the application wants no texts of a level,
+// they cost one comparison.
 #pragma once
 
 #include "api/optix6/context.h"
@@ -19,7 +19,7 @@ public:
         if (context.wantsReports(kReportStatistics))
             start_ = Clock::now();
     }
-    // A text that ends with the time since the construction.
+    // Reports a text that ends with the time since construction.
     template <class... Parts>
     void tell(int level, const char* tag, const Parts&... parts) const {
         if (!context_.wantsReports(level))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happens before and in a launch. See scene.h.
+// The preparation and the run of a launch. See scene.h.
 #include "api/optix6/scene.h"
 
 #include "api/optix6/report.h"
@@ -16,11 +16,11 @@ using devlib::ClassicRecord;
 
 namespace {
 
-// On GPUs, where the stack has room for a depth: that of programs that set none. The API had stack
-// sizes alone before release 6.
+// The trace depth on GPUs, whose stack has a fixed depth, for programs that set none. Before
+// release 6 the API had only stack sizes.
 constexpr unsigned kDepthOfOldPrograms = 16;
-// Bytes of stack on GPUs for functions that call themselves: as the application wishes, within
-// these.
+// Bytes of stack on GPUs for functions that call themselves: the application's value, clamped to
+// these limits.
 constexpr RTsize kLeastRecursion = 8 << 10, kMostRecursion = 64 << 10;
 
 std::string describe(const Object& object) {
@@ -81,7 +81,7 @@ Scene::Scene(Context& context)
 void Scene::validate(Node& node) {
     seen_.clear();
     order_.clear();
-    context_.noteStructure(); // the lists are made again
+    context_.noteStructure(); // the lists are filled again
     std::vector<const Node*> path;
     visitNode(std::static_pointer_cast<Node>(node.shared_from_this()), path);
 }
@@ -144,7 +144,7 @@ void Scene::visitNode(const std::shared_ptr<Node>& node, std::vector<const Node*
     order_.push_back(node);
 }
 
-// The nodes that programs can reach: those of variables and what is below.
+// Collects the nodes that programs can reach: those of variables and everything below them.
 void Scene::collectNodes() {
     order_.clear();
     seen_.clear();
@@ -157,7 +157,7 @@ void Scene::collectNodes() {
     }
 }
 
-// Where each node stands in the graph, for launches after small changes.
+// Stores the position of each node in the graph, for launches after small changes.
 void Scene::linkNodes() {
     for (const std::shared_ptr<Node>& node : order_) {
         node->parents.clear();
@@ -183,14 +183,14 @@ void Scene::linkNodes() {
     hasOneLevel_ = hasOneLevel();
 }
 
-// Whether rays may enter the structure of the group in place of an instance of it.
+// Whether rays may enter the structure of the group instead of an instance of it.
 static bool isPlainGroup(const Node& node) {
     return node.kind == Kind::kGroup && static_cast<const Group&>(node).mask == RT_VISIBILITY_ALL;
 }
 
-// Rays carry a list of the instances and transforms that they have entered. Counted are the entries
-// below each node as structures.cpp makes them: for a node in the structure of its parent, and for
-// one that rays start at, which may need no entry of its own.
+// Rays carry a list of the instances and transforms that they have entered. This counts the entries
+// below each node as structures.cpp makes them, in two cases: for a node in the structure of its
+// parent, and for a node at which rays start, which may need no entry of its own.
 void Scene::checkDepth() const {
     constexpr unsigned kMost = devlib::kMaxGraphDepth - 1; // the last entry has a child
     for (const std::shared_ptr<Node>& node : order_) {     // children before parents
@@ -248,7 +248,7 @@ compiler::PipelineRules Scene::rules() const {
 }
 
 void Scene::bindEntries() {
-    // Callable programs by their ids; those that variables bind come behind.
+    // Callable programs by their ids; programs bound to variables follow.
     callables_.assign(context_.programs.size(), ClassicRecord{});
     const Scope& context = context_.scope;
     const auto bindOne = [&](const Program* program, devlib::GroupKind kind,
@@ -393,7 +393,7 @@ void Scene::bindVisit(const Selector& selector) {
     visits_.push_back(made);
 }
 
-// Everything that follows the structure of the graph, the scopes and the programs.
+// Updates everything that depends on the structure of the graph, the scopes and the programs.
 void Scene::bind() {
     for (const auto& [key, entry] : blocks_)
         for (const std::shared_ptr<Variable>& variable : entry->found)
@@ -417,7 +417,7 @@ void Scene::bind() {
     }
 }
 
-// Whether anything in the graph moves.
+// Whether any object in the graph has motion.
 bool Scene::hasMotion() const {
     const auto moves = [](const Ref<GeometryInstance>& ref) {
         const auto instance = ref.lock();
@@ -435,10 +435,10 @@ bool Scene::hasMotion() const {
     });
 }
 
-// Whether no structure of instances is below another or below an instance, and there is no
+// Whether no structure of instances is below another one or below an instance, and there is no
 // selector.
 bool Scene::hasOneLevel() const {
-    std::set<const Node*> groups; // and what leads to them
+    std::set<const Node*> groups; // and the nodes above them
     for (const std::shared_ptr<Node>& node : order_) {
         if (node->kind == Kind::kGeometryGroup)
             continue;
@@ -450,7 +450,7 @@ bool Scene::hasOneLevel() const {
         // A transform of a geometry group is a matrix; one of several children has a structure.
         if (node->kind == Kind::kGroup) {
             if (static_cast<const Group&>(*node).mask != 0xFF)
-                return false; // rays enter an instance with the mask
+                return false; // rays enter an instance, which has the mask
             groups.insert(node.get());
         }
     }
@@ -471,8 +471,7 @@ void Scene::makePipeline() {
                       pipeline_->limits.get().maxTraceDepth == limits.maxTraceDepth;
     if (same && !needsPipeline_)
         return reserveStack();
-    // Programs that are exchanged back and forth stay, unless they may be why the last attempt
-    // failed.
+    // Programs that alternate are kept, except after a failure, which they may have caused.
     constexpr uint32_t kKeptPipelines = 8;
     std::erase_if(groups_, [&](const auto& entry) {
         const BoundGroup& group = entry.second;
@@ -496,7 +495,7 @@ void Scene::makePipeline() {
                " groups of programs");
 }
 
-// GPUs know the stack that programs need, but not how often functions call themselves.
+// On GPUs the frames of programs are known, but not the depth of functions that call themselves.
 void Scene::reserveStack() {
     const auto recurses = [](const auto& group) {
         return std::any_of(
@@ -525,7 +524,7 @@ void Scene::collectSamplers() {
     }
 }
 
-// Textures of samplers that programs can reach: those of variables, and those with ids.
+// Updates textures of samplers that programs can reach: those of variables, and those with ids.
 void Scene::updateTextures() {
     const auto update = [this](TextureSampler& sampler) {
         if (sampler.update())
@@ -545,8 +544,8 @@ void Scene::updateTextures() {
 
 namespace {
 
-// Host code that touches shared memory may move pages between host and GPU, so that tables are
-// compared with copies and written only after changes.
+// Host accesses to shared memory may move pages between host and GPU. Tables are therefore compared
+// with copies and written only after changes.
 template <class T>
 void write(SharedVector<T>& shared, std::vector<T>& copy, std::vector<T> now) {
     if (copy == now)
@@ -597,7 +596,7 @@ void Scene::fillTables() {
 
 void Scene::update() {
     const bool changed = context_.structureChanged;
-    context_.structureChanged = true; // until all of this has worked
+    context_.structureChanged = true; // until all updates have succeeded
     if (changed) {
         const TimedReport timed(context_);
         collectNodes();

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a launch needs of a context's objects: a pipeline of all programs in use, records and blocks
-// of variables, acceleration structures, tables of ids.
+// The data that a launch needs from a context's objects: a pipeline of all programs in use, records
+// and blocks of variables, acceleration structures, tables of ids.
 //
-// Values of variables are written into blocks as they are set. Everything else waits for the next
-// launch, which does what changed: structures that are dirty are built, records follow the
-// structure of the graph, and the pipeline changes if a program is new. All that programs read is
-// in memory that they share with the host.
+// Setting a variable writes its value into a block. All other changes wait for the next launch: it
+// builds dirty structures, adapts the records to the graph, and changes the pipeline if a program
+// is new. All data that programs read is in memory that they share with the host.
 #pragma once
 
 #include "api/optix6/context.h"
@@ -16,7 +15,7 @@
 
 namespace sunstone::optix6 {
 
-// The variables of a program as one set of scopes gives them. Programs with equal variables in all
+// The values of a program's variables in one set of scopes. Programs with equal variables in all
 // scopes share a block.
 struct Block {
     std::shared_ptr<const ProgramCode> code;
@@ -26,7 +25,7 @@ struct Block {
     uint8_t* slot(uint32_t index) const { return memory + code->variables.list[index].slot; }
 };
 
-// Of the structures that hold the geometry or the children of a node; null: it has none.
+// The acceleration of the node's geometry or children; null if it has none.
 Acceleration* accelerationOf(Node& node);
 
 bvh::MotionOptions optionsOf(const Motion& motion);
@@ -36,17 +35,17 @@ class Scene {
 public:
     explicit Scene(Context& context);
 
-    // Brings everything up to date. Throws Failure: the context's objects are not complete, or a
-    // program's variable is missing; the scene is then rebuilt at the next call.
+    // Updates the scene. Throws Failure: the context's objects are incomplete, or a program's
+    // variable is missing; the next call then rebuilds the scene.
     void update();
     void launch(unsigned entryPoint, uint32_t width, uint32_t height, uint32_t depth);
-    // A launch of the scene as update() has left it; valid until the next change. Throws Failure:
-    // the entry point has no program.
+    // A launch of the scene in the state of the last update(); valid until the next change. Throws
+    // Failure: the entry point has no program.
     engine::LaunchRequest request(unsigned entryPoint, uint32_t width, uint32_t height,
                                   uint32_t depth) const;
-    // Runs it to its end. `subframe`: what programs read as rtSubframeIndex.
+    // Runs the launch to its end. `subframe`: the value of rtSubframeIndex.
     void run(const engine::LaunchRequest& request, uint32_t subframe);
-    // Throws Failure if the node, or what is below, is not complete.
+    // Throws Failure if the node, or an object below it, is incomplete.
     void validate(Node& node);
 
 private:
@@ -120,7 +119,7 @@ private:
 
     Context& context_;
     std::vector<std::shared_ptr<Node>> order_; // children before parents
-    std::set<const Acceleration*> settled_;    // those of geometry groups that this update has seen
+    std::set<const Acceleration*> settled_;    // of geometry groups that this update has visited
     std::set<const Node*> seen_;
     bool hasMotion_ = false, hasOneLevel_ = false; // of the graph
     // Variables with samplers.
@@ -130,10 +129,10 @@ private:
     struct BoundGroup {
         std::shared_ptr<engine::ProgramGroup> group;
         std::vector<std::shared_ptr<const ProgramCode>> codes; // their addresses are in the key
-        uint32_t bind = 0, pipeline = 0; // numbers of the last ones that use it
+        uint32_t bind = 0, pipeline = 0;                       // numbers of the last users
     };
     std::map<GroupKey, BoundGroup> groups_;
-    uint32_t bind_ = 0, pipelines_ = 0; // how many have been made
+    uint32_t bind_ = 0, pipelines_ = 0; // numbers of the latest ones
     bool isBroken_ = false;             // the last attempt to make a pipeline failed
     std::set<uint32_t> compiled_;       // numbers of groups in the pipeline
     bool needsPipeline_ = true;
@@ -143,7 +142,7 @@ private:
     Records rayGeneration_, exception_, misses_, hits_, callables_, bounds_, visits_;
     std::map<const GeometryInstance*, size_t> boundsOf_; // places in bounds_
     std::map<const Node*, size_t> visitOf_;              // of selectors, in visits_
-    // Boxes and transforms that the inputs of the structure that is built refer to.
+    // Boxes and transforms for the inputs of the structure under construction.
     std::vector<SharedVector<float>> kept_;
     SharedVector<uint64_t> nodes_, textures_;
     SharedVector<const devlib::BufferView*> views_;
@@ -151,7 +150,7 @@ private:
     std::vector<uint64_t> nodesCopy_, texturesCopy_;
     std::vector<const devlib::BufferView*> viewsCopy_;
     devlib::ClassicLaunch launchCopy_{};
-    std::set<const Object*> newTextures_; // that blocks have to name
+    std::set<const Object*> newTextures_; // that blocks must refer to
     SharedMemory shared_;                 // Tables
     struct Tables {
         devlib::ClassicLaunch launch;

@@ -35,7 +35,7 @@ inline void setProgram(Object& object, Ref<Program>& slot, RTprogram handle,
     object.noteSceneChange();
 }
 
-// A rows-first matrix of 3 or 4 rows from the application's.
+// Reads a row-major matrix of 3 or 4 rows from the application's.
 inline void readMatrix(const float* from, bool transposed, unsigned rows, float* to) {
     for (unsigned row = 0; row < rows; ++row)
         for (unsigned column = 0; column < 4; ++column)

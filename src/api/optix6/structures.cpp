@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Acceleration structures and graph nodes of a scene.
 //
-// A geometry group is a structure of triangles, one of custom primitives, or both. What is above it
-// is flattened: transforms without motion become the matrices of instances. Where the graph begins
-// elsewhere than at a structure of instances, a node is an instance that stands by itself.
+// A geometry group is a structure of triangles, one of custom primitives, or both. The nodes above
+// it are flattened: transforms without motion become the matrices of instances. A node at which
+// rays start without a plain structure of instances is an instance that no structure holds.
 #include "api/optix6/scene.h"
 
 #include "api/optix6/report.h"
@@ -27,7 +27,7 @@ bool isIdentity(const float m[12]) {
     return std::equal(m, m + 12, kIdentity);
 }
 
-// Where a list of `count` items lies in a buffer; throws where it does not.
+// The address of a list of `count` items in a buffer; throws if the list does not fit.
 const uint8_t* place(const Ref<Buffer>& ref, const char* what, uint64_t offset, uint64_t stride,
                      uint64_t itemBytes, uint64_t count) {
     const std::shared_ptr<Buffer> buffer = ref.lock();
@@ -45,7 +45,7 @@ const uint8_t* place(const Ref<Buffer>& ref, const char* what, uint64_t offset, 
     return buffer->data() ? buffer->data() + offset : nullptr;
 }
 
-// Where the vertices of a motion step begin in a buffer that holds all steps.
+// Offset of a motion step's vertices in a buffer that holds all steps.
 uint64_t stepOffset(const GeometryTriangles& t, unsigned step) {
     uint64_t offset = 0;
     if (__builtin_mul_overflow(uint64_t(step), t.vertexMotionStride, &offset) ||
@@ -59,8 +59,8 @@ unsigned entriesOf(const GeometryInstance& instance) {
     return std::max<unsigned>(1, unsigned(instance.materials.size()));
 }
 
-// Several instances of a group may have the mesh, each with an input of its own: `kept` keeps what
-// the input refers to until the build has ended.
+// Several instances of a group may use the mesh, each with an input of its own: `kept` keeps the
+// data of the input until the build has ended.
 bvh::TriangleInput triangleInput(engine::AccelInputs& inputs, const GeometryTriangles& t,
                                  std::vector<SharedVector<float>>& kept) {
     bvh::TriangleInput in;
@@ -122,7 +122,7 @@ bvh::InstanceDesc instanceOf(uint64_t handle, uint32_t mask, uint32_t flags, uin
     return desc;
 }
 
-// What updates of a structure must find unchanged (bvh::checkUpdate).
+// The properties of inputs that updates must not change (bvh::checkUpdate).
 std::vector<uint64_t> shapeOf(const engine::AccelInputs& inputs) {
     std::vector<uint64_t> shape;
     const auto addSbt = [&](const bvh::SbtInput& sbt) {
@@ -142,7 +142,7 @@ std::vector<uint64_t> shapeOf(const engine::AccelInputs& inputs) {
     return shape;
 }
 
-// The sets of a group and their geometry, as records and structures have to agree on them.
+// The sets of a group and their geometry; records and structures must have the same.
 std::vector<uint64_t> layoutOf(const GeometryGroup& group) {
     std::vector<uint64_t> layout;
     for (const GeometrySet& set : group.sets) {
@@ -193,8 +193,8 @@ void Scene::buildStructures() {
             acceleration->dirty = false;
 }
 
-// What has moved or become dirty since the last launch, and what is above it. The graph is the
-// same.
+// Updates the nodes that have moved or become dirty since the last launch, and the nodes above
+// them. The graph is unchanged.
 void Scene::followChanges() {
     settled_.clear();
     std::map<uint32_t, std::vector<uint32_t>> waiting; // changed slots of nodes, by place
@@ -236,8 +236,8 @@ void Scene::clearChanges() {
     context_.dirtyAccelerations.clear();
 }
 
-// Brings a node up to date whose children are. `slots`: those that have changed; null: all may
-// have. Returns whether parents have to look at the node.
+// Updates a node whose children are up to date. `slots`: changed slots; null: all may have changed.
+// Returns whether parents must be updated.
 bool Scene::refresh(Node& node, const std::vector<uint32_t>* slots) {
     bool isSeenAbove = true;
     if (node.kind == Kind::kGeometryGroup)
@@ -296,7 +296,7 @@ SharedVector<float> Scene::boxesOf(const GeometryInstance& instance, const Geome
     request.boxes = boxes.data();
     request.params = &tables().launch;
     request.paramsSize = sizeof(devlib::ClassicLaunch);
-    engine::launchBounds(context_.engine, request); // the build comes behind it
+    engine::launchBounds(context_.engine, request); // the build follows it
     return boxes;
 }
 
@@ -321,7 +321,7 @@ void Scene::buildGeometry(GeometryGroup& group) {
     Acceleration& acceleration = *group.acceleration.lock();
     std::vector<uint64_t> layout = layoutOf(group);
     const bool fits = acceleration.layout == layout;
-    // Another group has it: handles of that group's nodes name the structure already.
+    // Another group shares it: handles of that group's nodes refer to the structure already.
     if (!settled_.insert(&acceleration).second) {
         if (!fits)
             refuse(RT_ERROR_INVALID_VALUE,
@@ -343,7 +343,7 @@ void Scene::buildGeometry(GeometryGroup& group) {
     acceleration.boundsVersion = ++context_.lastVersion;
 }
 
-// An update keeps the tree, which needs inputs of the same shape and a tree made for it.
+// An update keeps the tree. It needs inputs of the same shape and a tree that allows updates.
 void Scene::buildSet(Acceleration& acceleration, Acceleration::Built& built,
                      const GeometryGroup& group, const GeometrySet& set) {
     const TimedReport timed(context_);
@@ -423,7 +423,7 @@ void Scene::showSlots(Group& group, const std::vector<uint32_t>& slots) {
     }
 }
 
-// What a node is in the structure of its parent.
+// The instances of a node in the structure of its parent.
 std::vector<Child> Scene::childrenOf(Node& node) {
     std::vector<Child> children;
     const auto add = [&](uint64_t handle, uint64_t version, uint32_t mask, uint32_t flags,
@@ -460,8 +460,8 @@ std::vector<Child> Scene::childrenOf(Node& node) {
     return children;
 }
 
-// The node of a selector. Its children are nodes of their own, which the visit program enters by
-// number. A structure of all of them is built for its bounds alone.
+// Makes the node of a selector. Its children are nodes of their own, which the visit program enters
+// by number. The structure of all children only provides the bounds.
 void Scene::makeVisitNode(Selector& selector) {
     std::vector<Child> all;
     const size_t count = selector.slots.size();
@@ -489,7 +489,7 @@ void Scene::makeVisitNode(Selector& selector) {
     node.count = uint32_t(count);
 }
 
-// Motion keys as a node above a structure of instances, which bounds children of every kind.
+// Makes a node with motion keys above a structure of instances, which bounds children of any kind.
 void Scene::makeMotionTransform(Transform& transform, const Child& child) {
     const bvh::MotionOptions motion = optionsOf(transform.motion);
     const bool isSrt = transform.keyType == RT_MOTIONKEYTYPE_SRT_FLOAT16;
@@ -501,7 +501,7 @@ void Scene::makeMotionTransform(Transform& transform, const Child& child) {
     std::vector<uint64_t> image(bytes / sizeof(uint64_t) + 1);
     auto& node = *reinterpret_cast<bvh::MatrixMotionTransform*>(image.data());
     node.child = child.handle;
-    // An empty range has one moment, that of the first key.
+    // An empty range has only one moment, that of the first key.
     const bool isMoment = motion.begin == motion.end;
     node.motion = {uint16_t(isMoment ? 1 : motion.keys), uint16_t(motion.flags), motion.begin,
                    motion.end};
@@ -519,7 +519,7 @@ void Scene::makeMotionTransform(Transform& transform, const Child& child) {
     context_.engine->backend->noteTransform(transform.nodeHandle);
 }
 
-// Whether rays may enter what the instance refers to in place of the instance.
+// Whether rays may enter the instance's traversable instead of the instance.
 bool Scene::isPlain(const Child& child) {
     const bvh::InstanceDesc& desc = child.instance;
     return isIdentity(desc.transform) && desc.visibilityMask == 0xFF && desc.flags == 0 &&

@@ -15,7 +15,7 @@ using texture::Channel;
 
 namespace {
 
-// False: no texture has elements of this format.
+// False if no texture has elements of this format.
 bool textureFormat(RTformat format, texture::Format& result) {
     static constexpr struct {
         RTformat first;
@@ -40,7 +40,7 @@ bool textureFormat(RTformat format, texture::Format& result) {
     return true;
 }
 
-// `data`: elements of this format, those of the buffer.
+// `data`: elements of the buffer, in this format.
 texture::Image imageOf(const Buffer& buffer, const uint8_t* data, const texture::Format& format,
                        unsigned level) {
     texture::Image image;
@@ -55,7 +55,7 @@ texture::Image imageOf(const Buffer& buffer, const uint8_t* data, const texture:
     return image;
 }
 
-// Textures of devices have one, two or four components.
+// Whether elements need a fourth component: device textures have one, two or four.
 bool expands(const texture::Format& format) {
     return !format.isBlock() && format.channels == 3;
 }
@@ -103,7 +103,7 @@ void TextureSampler::validate() const {
     if (!textureFormat(source->format, format))
         refuse(RT_ERROR_INVALID_CONTEXT, "no texture has elements of the buffer's format ",
                unsigned(source->format));
-    constexpr uint64_t kMostTexels = std::numeric_limits<int32_t>::max(); // programs number them
+    constexpr uint64_t kMostTexels = std::numeric_limits<int32_t>::max(); // programs index them
     for (unsigned i = 0; i < 3; ++i)
         if (const uint64_t texels = source->extent(i, 0); texels > kMostTexels / format.edge())
             refuse(RT_ERROR_INVALID_CONTEXT, "no texture has ", texels,

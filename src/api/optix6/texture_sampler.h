@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texture samplers: the state that applications set, and the texture that programs sample. On CPUs
-// the texture reads the buffer's own memory, on GPUs it has a copy. Elements of three components
-// are copied on CPUs, too.
+// the texture reads the buffer's own memory, except for elements of three components, which are
+// copied. On GPUs the texture is always a copy.
 #pragma once
 
 #include "api/optix6/buffer.h"
@@ -15,13 +15,13 @@ class TextureSampler : public Object {
 public:
     static constexpr Kind kKind = Kind::kTextureSampler;
     explicit TextureSampler(const std::shared_ptr<Context>& context);
-    // Throws RT_ERROR_INVALID_CONTEXT if something is missing or does not fit.
+    // Throws RT_ERROR_INVALID_CONTEXT if a property is missing or does not fit.
     void validate() const;
     ~TextureSampler() override;
-    // Makes the texture if its state or its buffer has changed. True: the handle is another one.
+    // Makes the texture if its state or its buffer has changed. True: there is a new handle.
     bool update();
     void noteChange() { changed_ = true; }
-    // The next texture is one of another device.
+    // Makes the next texture on another device.
     void moveTo(const std::shared_ptr<engine::Backend>& backend);
 
     RTwrapmode wrap[3] = {RT_WRAP_REPEAT, RT_WRAP_REPEAT, RT_WRAP_REPEAT};
@@ -31,7 +31,7 @@ public:
     RTtexturereadmode readMode = RT_TEXTURE_READ_NORMALIZED_FLOAT;
     RTtextureindexmode indexMode = RT_TEXTURE_INDEX_NORMALIZED_COORDINATES;
     Ref<Buffer> buffer;
-    // Whose texels are those of an image of OpenGL (gl/share.h), in a buffer without a handle.
+    // An OpenGL image that provides the texels (gl/share.h), in a buffer without a handle.
     struct GlImage {
         unsigned id;
         RTgltarget target;
@@ -44,9 +44,9 @@ public:
 
 private:
     std::shared_ptr<engine::Backend> backend_;
-    SharedMemory expanded_; // texels of four components, where the buffer's have three
+    SharedMemory expanded_; // texels of four components, if the buffer's have three
     bool changed_ = true;
-    // Of the buffer when the texture was made.
+    // State of the buffer when the texture was made.
     const void* data_ = nullptr;
     std::array<uint64_t, 6> shape_{}; // of the buffer: format, sizes, levels, kind
     uint64_t version_ = 0;

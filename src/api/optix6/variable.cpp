@@ -86,8 +86,8 @@ void Variable::set(const std::shared_ptr<Object>& value) {
         refuse(RT_ERROR_TYPE_MISMATCH, "variable \"", name, "\" has a value of another type");
     if (value->kind != Kind::kBuffer && object.lock() == value)
         return;
-    // A buffer in place of another of its shape leaves everything else as it is. One that OpenGL
-    // alone may use is found when scopes are searched.
+    // Replacing a buffer by one of the same shape changes nothing else. A buffer that only OpenGL
+    // may use is found when scopes are searched.
     bool isStructure = true;
     if (value->kind == Kind::kBuffer) {
         const auto& buffer = static_cast<const Buffer&>(*value);

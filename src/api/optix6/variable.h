@@ -13,7 +13,7 @@ struct Block;
 class Variable : public Object {
 public:
     static constexpr Kind kKind = Kind::kVariable;
-    // `scoped`: the object that has the variable; null: one that the scene reads.
+    // `scoped`: the object that has the variable; null for a variable that the scene reads.
     Variable(const std::shared_ptr<Context>& context, std::string name_,
              const Object* scoped = nullptr)
         : Object(kKind, context), name(std::move(name_)), scoped_(scoped) {}
@@ -29,20 +29,20 @@ public:
     RTobjecttype type = RT_OBJECTTYPE_UNKNOWN;
     std::vector<uint8_t> bytes; // of plain data
     Ref<Object> object;         // of the other types
-    // Places that hold the value for programs, kept by the scene.
+    // Copies of the value for programs, maintained by the scene.
     struct User {
         Block* block;
         uint32_t index; // of the program's variable
     };
     std::vector<User> users;
     void writeUsers() const;
-    // Whether the scene may depend on the variable: programs may read it, or its value is something
-    // that the scene looks for in all variables.
+    // Whether the scene may depend on the variable: programs may read it, or its value has a kind
+    // for which the scene searches all variables.
     bool isSeen() const;
 
 private:
-    const Object* const scoped_; // has the variable as long as calls can name the variable
-    void releaseBuffer(); // that is the value
+    const Object* const scoped_; // owns the variable as long as calls can refer to it
+    void releaseBuffer(); // the buffer that is the value
 };
 
 RTobjecttype typeOf(const Object& object);

@@ -38,7 +38,7 @@ private:
     T ours_;
 };
 
-// A result returned through a pointer: on success the client's bytes are written, and no others.
+// A result returned through a pointer: on success only the client's bytes are written.
 template <Abi kAbi, DiffersBetweenAbis T>
 class Argument<kAbi, T*> {
 public:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Modules of built-in intersection (OptiX 7.4, sections 3.6.2.1 and 5.11). They have no code:
-// traversal recognises curves, spheres and triangles by the structure it enters and tests them
-// itself. This file checks their options, and makes the modules that hit groups name.
+// traversal itself tests curves, spheres and triangles, by the type of the structure. This file
+// checks their options, and creates the modules that hit groups name.
 #include "api/optix7/build_inputs.h"
 #include "api/optix7/entry_points.h"
 #include "api/optix7/options.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Structs whose size differs between ABIs, copied between a client's form and ours. Up to ABI 68
 // releases only appended members (or used padding), so a client's struct is a prefix of ours. The
-// copy takes as many bytes as its ABI has members, never its padding; missing members become zero,
+// copy has exactly the members of the client's ABI, without padding. Missing members become zero,
 // which always means "none". Structs not named here are equal in all ABIs.
 #pragma once
 
@@ -39,7 +39,7 @@ constexpr size_t clientBytes<OptixPipelineCompileOptions>(Abi abi) {
                ? SUNSTONE_BYTES_BEFORE(OptixPipelineCompileOptions, allowOpacityMicromaps)
                : sizeof(OptixPipelineCompileOptions);
 }
-// Before 7.4 an int without meaning.
+// An unused int before 7.4.
 template <>
 constexpr size_t clientBytes<OptixProgramGroupOptions>(Abi abi) {
     return abi < kAbi74 ? 0 : sizeof(OptixProgramGroupOptions);
@@ -60,7 +60,7 @@ constexpr size_t clientBytes<OptixBuildInputCurveArray>(Abi abi) {
     return abi < kAbi74 ? SUNSTONE_BYTES_BEFORE(OptixBuildInputCurveArray, endcapFlags)
                         : sizeof(OptixBuildInputCurveArray);
 }
-// In 7.0 and 7.1 the members for the instances' boxes follow, which were never needed.
+// 7.0 and 7.1 have further members for the instances' boxes, which were never needed.
 template <>
 constexpr size_t clientBytes<OptixBuildInputInstanceArray>(Abi abi) {
     return abi < kAbi76 ? SUNSTONE_BYTES_BEFORE(OptixBuildInputInstanceArray, instanceStride)
@@ -102,7 +102,7 @@ struct DenoiserOptions70 { // 7.0 to 7.2; 7.0 has one more member, a pixel forma
 };
 static_assert(sizeof(DenoiserOptions70) == 4);
 
-// Whether T is a struct that differs.
+// Whether T differs between ABIs.
 template <class T>
 concept DiffersBetweenAbis = requires(Abi abi) {
     clientBytes<T>(abi);

@@ -18,7 +18,7 @@ using device::cuda::LoadedDriver;
 // The context of a GPU, checked with the process's own libcuda.
 void* resolveGpuContext(void* fromContext) {
     if (fromContext) {
-        // Drivers read the memory before they check that it is a context.
+        // Drivers read the memory before they check whether it is a context.
         constexpr size_t kLook = 64;
         if (!isReadable(fromContext, kLook))
             throw ResultError(OPTIX_ERROR_CUDA_ERROR,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The object behind an OptixDenoiser, and functions shared by all releases. Until 7.2 a denoiser
-// got its model after its creation, and Invoke took its images in one array (denoiser_70.cpp);
-// since 7.3 both are as in denoiser.cpp.
+// The object behind an OptixDenoiser, and functions shared by all releases. Until 7.2 an
+// application set the model after creation, and Invoke took the images in one array
+// (denoiser_70.cpp); since 7.3 both are as in denoiser.cpp.
 #pragma once
 
 #include "api/optix7/shell.h"

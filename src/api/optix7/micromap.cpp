@@ -48,7 +48,7 @@ void checkDescriptions(device::Device& device, const OptixOpacityMicromapArrayBu
         return;
     requireDeviceMemory(device, "buildInput->perMicromapDescBuffer", input.perMicromapDescBuffer,
                         (count - 1) * (stride ? stride : kSize) + kSize, kAlignment);
-    // The size of the states is known only after reading the descriptions, so check just the start.
+    // The size of the states is known only after reading the descriptions, so check only the start.
     requireDeviceMemory(device, "buildInput->inputBuffer", input.inputBuffer, 1, kArrayAlignment);
 }
 

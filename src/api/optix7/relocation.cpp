@@ -33,8 +33,8 @@ void checkChildren(device::Device& device, const bvh::RelocationInfo& info, cons
                         sizeof(OptixTraversableHandle));
 }
 
-// The moved micromap arrays of a triangle structure, null for an input that keeps its own; empty if
-// all do.
+// The relocated micromap arrays of a triangle structure, null for an input that keeps its array;
+// empty if all do.
 std::vector<const void*> arraysOf(device::Device& device, const OptixRelocateInput* inputs,
                                   size_t count) {
     std::vector<const void*> arrays(count);

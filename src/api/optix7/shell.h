@@ -33,8 +33,8 @@ struct DeviceContext {
 
     // Passes a line to the callback, if its level permits, and to the engine's own log.
     void log(LogLevel level, std::string_view tag, std::string_view text);
-    // The same for lines of queued work. No call returns its errors with their cause, so without a
-    // callback that receives them the first one goes to stderr.
+    // The same for lines of queued work. No call returns errors of queued work with their cause, so
+    // the first one goes to stderr if no callback receives it.
     void logQueued(LogLevel level, std::string_view tag, std::string_view text);
     // The rules for the options; validation mode adds all exceptions of the library.
     compiler::PipelineRules rulesOf(const CompileOptions& options) const;
@@ -63,7 +63,7 @@ struct ModuleObject {
     uint32_t builtinPrimitive = 0; // OptixPrimitiveType of a built-in module
     CompileOptions options;
     std::shared_ptr<engine::ModuleTasks> tasks; // null for a module made without tasks
-    // Tasks write here; the client keeps it alive until they are done.
+    // Tasks write here; the client keeps the memory alive until they are done.
     char* logString = nullptr;
     size_t logCapacity = 0;
     std::mutex logMutex;
@@ -124,7 +124,7 @@ inline std::shared_ptr<DeviceContext> peek(OptixDeviceContext handle) {
     return contexts().find(handle);
 }
 
-// A call in progress, as its checks of arguments need it.
+// The data of a call that checks of its arguments need.
 struct ApiCall {
     DeviceContext& context;
     const char* function;

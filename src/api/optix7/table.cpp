@@ -27,7 +27,7 @@ const char* getErrorString(OptixResult result) {
     return text ? text : "Unrecognized OptixResult code";
 }
 
-// A slot that the release reserves; no header has a function for it.
+// A reserved slot of the release; no header declares a function for it.
 OptixResult reservedSlot() {
     if (refusesForkedChild())
         return kInForkedChild;
@@ -165,7 +165,7 @@ constexpr Table kTables[] = {
 static_assert(sizeof(OptixFunctionTable) == 47 * sizeof(void*));
 
 OptixResult fail(OptixResult result, const std::string& text) {
-    // There is no device context whose log could say it.
+    // No device context exists whose log could report this.
     logOnce(logEnabled(LogLevel::kError, "optix7") ? LogLevel::kError : LogLevel::kFatal, "optix7",
             message("optixQueryFunctionTable: ", text));
     return result;

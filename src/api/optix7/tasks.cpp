@@ -32,7 +32,7 @@ OptixTask addTask(const std::shared_ptr<ModuleObject>& module, size_t number) {
 }
 
 // Writes the messages of all finished tasks, within the capacity given at the module's creation.
-// The size variable of that call is no longer used.
+// The size variable of the creating call is no longer used.
 void writeTaskLog(ModuleObject& module) {
     std::lock_guard lock(module.logMutex);
     size_t capacity = module.logCapacity;

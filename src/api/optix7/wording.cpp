@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names of OptiX 7 in messages of the engine.
+// OptiX 7 names in engine messages.
 #include "api/optix7/wording.h"
 
 #include "base/error.h"

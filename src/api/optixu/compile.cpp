@@ -72,7 +72,7 @@ bool readFile(const char* name, std::string& text) {
     char part[4096];
     while (file.read(part, sizeof(part)) || file.gcount() > 0)
         text.append(part, size_t(file.gcount()));
-    return file.eof() && !file.bad(); // a folder opens, too
+    return file.eof() && !file.bad(); // opening a folder succeeds, too
 }
 
 Outcome runNvcc(const std::string& source, const std::vector<std::string>& arguments) {
@@ -118,7 +118,7 @@ RTresult compileSource(const char* function, const std::string& source,
     return RT_SUCCESS;
 }
 
-// Checks and copies the list; an empty text means that it is good.
+// Checks and copies the list; returns the error, or an empty text.
 std::string readArguments(const char** list, unsigned count, std::vector<std::string>& arguments) {
     if (!list && count)
         return "preprocessorArguments is null, numPreprocessorArguments is " +
@@ -150,7 +150,7 @@ RTresult compileFile(const char* function, const char* filename, const char** li
     std::string source;
     if (!readFile(filename, source))
         return refuse(function, RT_ERROR_FILE_NOT_FOUND, "filename = " + path + " cannot be read");
-    // What the file includes by a relative name is beside it.
+    // Relative includes are searched in the file's folder.
     const size_t slash = path.rfind('/');
     arguments.push_back("-I" + (slash == std::string::npos ? "." : path.substr(0, slash + 1)));
     return compileSource(function, source, arguments, resultSize, errorSize);

@@ -48,8 +48,8 @@ constexpr TypeFamily kTypes[] = {
     {RT_OBJECTTYPE_UNSIGNED_LONG_LONG, 4, "UNSIGNED_LONG_LONG"},
 };
 
-// Formats that follow each other: of one to `count` components with `bytes` each; in a family of
-// blocks each has the same number of bytes.
+// Consecutive formats: one to `count` components of `bytes` each; in a family of blocks all have
+// the same number of bytes.
 struct FormatFamily {
     unsigned first;
     unsigned count;

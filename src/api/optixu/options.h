@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of nvcc in clang's words.
+// Translates options of nvcc to clang's.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace sunstone::optixu {
 
-// Applications pass what they wrote for nvcc: beside -I and -D often a target, fast mathematics and
-// options of the host compiler. Options that do not matter for PTX are left out; clang judges
-// options that are not nvcc's.
+// Applications pass options of nvcc: beside -I and -D often a target, fast mathematics and options
+// of the host compiler. Options without effect on PTX are dropped; unknown options are passed on to
+// clang.
 std::vector<std::string> clangOptions(const std::vector<std::string>& nvccOptions);
 
 } // namespace sunstone::optixu

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a program with unnamed files as its input and output: unlike pipes they never fill up, so
-// the program cannot block on them.
+// Runs a program with unnamed files as its input and output: they never fill up as pipes do, so the
+// program cannot block on them.
 #include "api/optixu/process.h"
 
 #include <spawn.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program that runs to its end.
+// Runs a program until it ends.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@ namespace sunstone::optixu {
 
 struct Outcome {
     bool started = false; // false: there is no such program
-    int status = -1;      // what it returned; -1 after a signal
+    int status = -1;      // exit code; -1 after a signal
     std::string output;   // its stdout
     std::string errors;   // its stderr
 };
 
-// The program is looked for in PATH. Its stdin is `input`. No shell reads the arguments.
+// Searches the program in PATH. Its stdin is `input`. No shell reads the arguments.
 Outcome runProcess(const std::vector<std::string>& arguments, const std::string& input);
 
 } // namespace sunstone::optixu

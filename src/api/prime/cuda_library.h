@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The libcuda.so.1 of the process as OptiX Prime uses it: a GPU's driver or that of the CPU device.
-// It is opened with the first CUDA context.
+// The libcuda.so.1 of the process as OptiX Prime uses it: a GPU's driver or the CPU device's
+// library. It is opened with the first CUDA context.
 #pragma once
 
 #include "base/error.h"
@@ -12,7 +12,7 @@
 
 namespace sunstone::prime {
 
-// Functions that both have.
+// Functions that both libraries have.
 struct CudaFunctions {
     decltype(&::cuInit) init = nullptr;
     decltype(&::cuGetErrorName) getErrorName = nullptr;
@@ -60,7 +60,7 @@ private:
     bool pushed_ = false;
 };
 
-// Whether CUDA knows memory at the address, and how many bytes from there on belong to it.
+// Whether CUDA owns the address, and the bytes from there to the end of the memory.
 bool isCudaMemory(const void* address, uint64_t& bytesFromHere);
 
 } // namespace sunstone::prime

@@ -71,7 +71,7 @@ extern "C" RTPresult RTPAPI rtpHostBufferLock(void* buffer, RTPsize size) {
         const bool registered =
             cu && currentCudaDevice() >= 0 &&
             cu->memHostRegister(buffer, size, CU_MEMHOSTREGISTER_PORTABLE) == CUDA_SUCCESS;
-        // Locking makes transfers faster and nothing else: a limit of the system is no error.
+        // Locking only makes transfers faster, so a limit of the system is no error.
         if (!registered && mlock(buffer, size) != 0)
             log(LogLevel::kInfo, "prime", message("the system does not lock ", size, " bytes"));
         buffers.all[buffer] = {size, registered};

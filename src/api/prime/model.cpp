@@ -18,7 +18,7 @@ uint64_t bytesOf(const BufferDesc& desc) {
     return desc.count() ? (desc.count() - 1) * desc.strideBytes() + desc.elementBytes() : 0;
 }
 
-// What an update reads, checked.
+// The checked inputs of an update.
 engine::ModelTriangles trianglesOf(const Model& model) {
     const Context& context = *model.context;
     if (!model.vertices)
@@ -82,8 +82,8 @@ Children childrenOf(const Model& model) {
     return children;
 }
 
-// Starts the work of an update, which stores the structure; waits for it, without the lock, unless
-// it is asynchronous.
+// Starts the work of an update, which stores the structure. Unless it is asynchronous, waits for
+// the work without holding the lock.
 void start(Model& model, unsigned hints, std::shared_ptr<ModelUpdate> update,
            std::unique_lock<std::mutex>& lock, std::function<engine::StructurePtr()> work) {
     ModelUpdate* const to = update.get(); // the completion's owner waits for it
@@ -293,7 +293,7 @@ extern "C" RTPresult RTPAPI rtpModelSetBuilderParameter(RTPmodel model_api, RTPb
         requireNonNull(ptr, "ptr");
         std::lock_guard lock(object->context->mutex);
         if (param == RTP_BUILDER_PARAM_CHUNK_SIZE) {
-            // Programs pass an int, too: -1 is documented.
+            // Programs pass an int, too, because -1 is documented.
             object->chunkSize = size == sizeof(int) ? RTPsize(readParameter<int>(size, ptr))
                                                     : readParameter<RTPsize>(size, ptr);
         } else if (param == RTP_BUILDER_PARAM_USE_CALLER_TRIANGLES) {

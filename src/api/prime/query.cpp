@@ -102,7 +102,7 @@ void execute(const std::shared_ptr<Query>& query, bool asynchronous) {
     std::unique_lock lock(query->context->mutex);
     requireRanges(*query);
     const engine::StructurePtr structure = structureOf(*query, lock);
-    requireRanges(*query); // another thread may have set others
+    requireRanges(*query); // another thread may have changed the ranges
     requireNoCapture(*query);
     const engine::TraceRequest request = requestOf(*query, structure);
     const ContextPtr context = query->context;
@@ -209,7 +209,7 @@ extern "C" RTPresult RTPAPI rtpQuerySetCudaStream(RTPquery query, cudaStream_t s
             fail(Code::kInvalidValue, "the query's context is not of type RTP_CONTEXT_TYPE_CUDA");
         constexpr uintptr_t kLastDefaultStream = 2; // legacy and per-thread
         if (uintptr_t(stream) > kLastDefaultStream) {
-            // Drivers read the memory before they check that it is a stream.
+            // Drivers read the memory before they check whether it is a stream.
             CUcontext of = nullptr;
             if ((cuda().readsHandles && !isReadable(stream, 64)) ||
                 cuda().streamGetCtx(stream, &of) != CUDA_SUCCESS)

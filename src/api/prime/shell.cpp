@@ -160,7 +160,7 @@ void finishQuietly(const engine::CompletionPtr& completion) noexcept {
 
 RTPresult guarded(const ContextPtr& context, const char* function,
                   const std::function<void()>& body) {
-    if (refusesForkedChild()) // rtpContextGetLastErrorString knows the text
+    if (refusesForkedChild()) // rtpContextGetLastErrorString returns the text
         return RTP_ERROR_INVALID_OPERATION;
     RTPresult result = RTP_ERROR_UNKNOWN;
     std::string cause = "unknown exception";

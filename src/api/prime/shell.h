@@ -3,7 +3,7 @@
 // of handles, the translation of errors into RTPresult. Source: OptiX 6.0 API reference,
 // modules 5.30 to 5.36 and file chapters 8.20, 8.21. Read next: context.cpp, model.cpp, query.cpp.
 //
-// One lock for each context protects its objects. Calls that wait do so without the lock.
+// One lock for each context protects its objects. Calls wait without holding it.
 #pragma once
 
 #include "api/prime/work_queue.h"
@@ -34,7 +34,7 @@ struct Context : Handled {
     int cudaDevice = -1;              // of CUDA contexts: the primary device
     void* cudaContext = nullptr;      // its CUcontext
 
-    // What work of the context runs with. Read with the lock.
+    // The resources of the context's work. Read with the lock.
     struct Place {
         std::shared_ptr<ThreadTeam> team;
         void* cudaContext;
@@ -59,7 +59,7 @@ private:
 };
 using ContextPtr = std::shared_ptr<Context>;
 
-// A buffer descriptor; objects copy it where it is set.
+// A buffer descriptor; objects that use it hold a copy.
 struct BufferDesc : Handled {
     ContextPtr context;
     RTPbufferformat format{};
@@ -73,7 +73,7 @@ struct BufferDesc : Handled {
     uint64_t count() const { return end - begin; }
     uint32_t elementBytes() const; // 0 for bits
     uint32_t strideBytes() const { return stride ? stride : elementBytes(); }
-    // Of any address and range: it is checked later.
+    // For any address and range, which are checked later.
     void* addressAt(uint64_t offset) const {
         return reinterpret_cast<void*>(reinterpret_cast<uintptr_t>(buffer) + offset);
     }
@@ -86,16 +86,16 @@ struct Model : Handled {
     std::optional<BufferDesc> instances, transforms;
     bool callerTriangles = false; // RTP_BUILDER_PARAM_USE_CALLER_TRIANGLES
     uint64_t chunkSize = 0;
-    // The last update that was started, and its outcome.
+    // The last update that was started, and its result.
     std::shared_ptr<struct ModelUpdate> update;
 };
 
-// Queries under way keep it.
+// Queries in progress keep it.
 struct ModelUpdate {
     engine::CompletionPtr completion;
     engine::StructurePtr structure; // valid when completion is done without error
     bool callerTriangles = false;
-    bool needsTriangles = false; // copied without them: to be set
+    bool needsTriangles = false; // copied without triangles, which must be set
     bool isInstances = false;
     uint64_t triangles = 0;
     // The model's structure; waits. Throws the error of the update.
@@ -134,7 +134,7 @@ BufferDesc usableDesc(const Context& context, RTPbufferdesc handle, const char* 
                       std::initializer_list<RTPbufferformat> formats);
 const char* formatName(RTPbufferformat format);
 
-// Throws unless the bytes of the range can be read, or also written, where the descriptor says.
+// Throws unless the range is readable (or also writable) in the memory that the descriptor names.
 void requireMemory(const Context& context, const BufferDesc& desc, const char* parameter,
                    uint64_t bytes, bool written);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work of one context in the order in which it came, on a thread that starts with the first item.
+// A context's work in order of submission, on a thread that starts with the first item.
 #pragma once
 
 #include <condition_variable>
@@ -21,7 +21,7 @@ public:
 
     // The work must not throw, and must not own the queue's owner.
     void push(std::function<void()> work);
-    // The work so far: its number, and the end of it. Later work may go on.
+    // The number of the latest work; waitFor waits for the end of that work.
     uint64_t ticket();
     void waitFor(uint64_t ticket);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions of sunstone/rays.h. A scene is a structure of engine/queries and the device that it
-// is on; the CPU, or a CUDA device where its vertices are in the memory of one.
+// The functions of sunstone/rays.h. A scene is a structure of engine/queries and its device: a CUDA
+// device if the vertices are in the memory of one, else the CPU.
 #include "base/error.h"
 #include "base/forked.h"
 #include "base/handles.h"
@@ -92,15 +92,15 @@ ScenePtr sceneOf(SunstoneScene handle, const char* parameter) {
     return scene;
 }
 
-// The functions of the loaded libcuda.so.1 that tell device memory from host memory. The door opens
-// no driver: device arrays exist only where the application has one.
+// Functions of the loaded libcuda.so.1 that distinguish device memory from host memory. This
+// library opens no driver: device arrays exist only if the application has one.
 struct Cuda {
     decltype(&::cuPointerGetAttribute) pointerGetAttribute = nullptr;
     decltype(&::cuCtxPushCurrent) ctxPushCurrent = nullptr;
     decltype(&::cuCtxPopCurrent) ctxPopCurrent = nullptr;
 };
 
-// How often libraries have been loaded and unloaded.
+// Counts loads and unloads of libraries.
 uint64_t libraryChanges() {
     uint64_t changes = 0;
     dl_iterate_phdr(
@@ -128,8 +128,8 @@ const Cuda* findCuda() {
     return complete ? new Cuda(made) : nullptr; // never freed: another thread may be in a call
 }
 
-// Asks the loader only after it has changed something, because a search that finds nothing takes
-// longer than a query of few rays.
+// Queries the loader only after a change, because an unsuccessful search takes longer than a query
+// of few rays.
 const Cuda* loadedCuda() {
     static auto* const mutex = new std::mutex;
     static uint64_t asked = ~uint64_t(0);
@@ -191,7 +191,7 @@ std::shared_ptr<engine::QueryDevice> deviceOf(void* context) {
     return device;
 }
 
-// Checks that the bytes can be read (or also written); whether they are memory of the host.
+// Checks that the bytes are readable (or also writable). Returns whether they are host memory.
 bool isHostArray(const Scene& scene, const void* address, uint64_t bytes, const char* name,
                  bool written) {
     if (bytes == 0)

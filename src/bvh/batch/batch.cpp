@@ -20,7 +20,7 @@ void traceBatch(const RayBatch& batch, bool any) {
     static const BatchKernels& kernels = batchKernels(chosenIsa());
     const auto run = any ? kernels.any : kernels.closest;
     const uint64_t pieces = pieceCount(batch);
-    // A few pieces take less time than waking another thread.
+    // Waking another thread takes longer than a few pieces.
     constexpr uint64_t kGrain = 16;
     if (pieces <= kGrain)
         run(batch, 0, pieces);

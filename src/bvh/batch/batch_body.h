@@ -60,13 +60,13 @@ template <uint32_t kPieces>
 SUNSTONE_INLINE void writePieces(const RayBatch& batch, const Pieces<kPieces>& piece) {
     if (batch.hitFormat == HitFormat::kBit)
         return writeBits(batch, piece);
-    const RayBatch format = batch; // hits may not change it
+    const RayBatch format = batch; // a copy, because hits may alias `batch`
     for (uint32_t i = 0; i < piece.count; ++i)
         writeHit(format, piece.first + i, piece.hits[i]);
 }
 
-// Rays of several pieces: packets of those that are alike take turns, and of the others those that
-// look for their nearest hit go in flight.
+// Traces the rays of several pieces: packets of similar rays take turns; other rays that seek the
+// nearest hit go in flight.
 template <class Judge, bool kMasked>
 static void traceGroup(const RayBatch& batch, const BatchScene& scene, uint64_t number,
                        uint64_t endNumber) {
@@ -89,8 +89,8 @@ static void traceGroup(const RayBatch& batch, const BatchScene& scene, uint64_t 
     writePieces(batch, group);
 }
 
-// Any hit of a piece: nodes that rays share are visited once for all of them. False where packets
-// do better.
+// Finds any hit of a piece's rays as a stream: a node is visited once for all rays that meet it.
+// False if packets are faster.
 template <class Judge, bool kMasked>
 static bool traceStream(const RayBatch& batch, const BatchScene& scene, uint64_t number) {
     Pieces<1> piece;
@@ -117,12 +117,12 @@ static void traceInstances(const RayBatch& batch, const BatchScene& scene, uint6
     writePieces(batch, group);
 }
 
-// A few rays take less time one by one.
+// Up to this number of rays, single rays are faster.
 constexpr uint64_t kFewRays = 8;
 
 template <class Judge, bool kMasked>
 static void traceFew(const RayBatch& batch, const BatchScene& scene) {
-    Pieces<2> rays; // those of a bit mask may be in two pieces
+    Pieces<2> rays; // rays of a bit mask may be in two pieces
     readPieces(batch, 0, pieceCount(batch), rays);
     for (uint32_t i = 0; i < rays.count; ++i) {
         const BatchRay& ray = rays.rays[i];
@@ -175,7 +175,8 @@ static void trace(const RayBatch& batch, uint64_t number, uint64_t endNumber) {
     }
 }
 
-// Lists every candidate. A triangle with several references (build/presplit.h) comes as often.
+// Lists every candidate. A triangle with several references (build/presplit.h) is listed once for
+// each reference.
 struct ListJudge {
     static constexpr bool kOrdered = false;
     float tmax;
@@ -190,8 +191,8 @@ struct ListJudge {
     }
 };
 
-// Sorts the hits from number `first` on, which are those of one ray, and leaves each hit once. All
-// references to a triangle give the same hit.
+// Sorts the hits of one ray, from index `first` on, and removes duplicates: all references to a
+// triangle give the same hit.
 static void sortListed(std::vector<ListedHit>& hits, size_t first) {
     const auto begin = hits.begin() + ptrdiff_t(first);
     std::sort(begin, hits.end(), [](const ListedHit& a, const ListedHit& b) {

@@ -12,7 +12,7 @@ namespace sunstone::bvh::SUNSTONE_ISA {
 template <class Judge, bool kMasked>
 class BatchFlights {
 public:
-    // Nearest first where any hit will do, too: rays meet one sooner.
+    // Nearest first also for any hit, because rays then meet a triangle sooner.
     static constexpr bool kOrdered = true;
     struct Data {
         Judge judge;
@@ -25,7 +25,7 @@ public:
 
     BatchFlights(Walk& walk, const BatchScene& scene) : walk_(walk), scene_(scene) {}
 
-    // Answers the rays with these numbers.
+    // Traces the rays with these numbers.
     void trace(const BatchRay* rays, BatchHit* hits, std::span<const uint16_t> numbers) {
         rays_ = rays;
         hits_ = hits;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Batches against single rays and against a judge that tests every triangle.
+// Batches against single rays and against a brute-force reference that tests every triangle.
 #include "bvh/batch/batch.h"
 
 #include "bvh/testing/meshes.h"
@@ -30,7 +30,7 @@ RawRay rawRay(Vec3 o, Vec3 d, float tmin = 0, float tmax = 1e30f) {
     return {{o.x, o.y, o.z}, tmin, {d.x, d.y, d.z}, tmax};
 }
 
-// Rays of one camera: neighbours are alike.
+// Rays of one camera, whose neighbours are similar.
 std::vector<RawRay> cameraRays(uint32_t width, uint32_t height) {
     std::vector<RawRay> rays;
     for (uint32_t y = 0; y < height; ++y)
@@ -92,7 +92,7 @@ QueryRay queryOf(const RawRay& ray) {
     return q;
 }
 
-// The batch's answers are those of single rays, bit for bit.
+// The batch's hits must equal those of single rays, bit for bit.
 void compare(const Mesh& mesh, const std::vector<RawRay>& rays) {
     const Structure s = makeStructure(mesh.input());
     for (Isa isa : machineIsas()) {
@@ -136,8 +136,8 @@ TEST(Batch, RandomRays) {
     compare(soup(1, 1, 6), randomRays(2000, 7));
 }
 
-// Parallel rays and narrow cones in any direction, some along axes, with rays among them that are
-// none: what packets have to tell apart.
+// Parallel rays and narrow cones in any direction, some along axes, with invalid rays among them,
+// which packets must exclude.
 std::vector<RawRay> alikeRays(uint32_t count, uint32_t seed) {
     Random random(seed);
     std::vector<RawRay> rays;
@@ -183,7 +183,7 @@ TEST(Batch, RaysThatAreAlike) {
     compare(icosphere(3), alikeRays(3207, 19));
 }
 
-// Some rays start so far off that distances to planes overflow; those beside them hit.
+// Some rays start so far away that distances to planes overflow; neighbouring rays must still hit.
 TEST(Batch, OriginsThatAreTooFarOff) {
     for (std::vector<RawRay> rays : {randomRays(5000, 20), alikeRays(6400, 21)}) {
         Random random(22);
@@ -200,7 +200,7 @@ TEST(Batch, OriginsThatAreTooFarOff) {
     }
 }
 
-// Directions so long that axes cull nothing, in packets and one by one.
+// Directions so long that no axis culls, in packets and as single rays.
 TEST(Batch, LongDirections) {
     std::vector<RawRay> rays = cameraRays(600, 20);
     for (RawRay& ray : rays)
@@ -255,7 +255,8 @@ Instanced makeInstanced(const std::vector<Mesh>& meshes, uint32_t count, uint32_
     return r;
 }
 
-// The same triangles in one mesh; triangle i of it is triangle ids[i] of instance instances[i].
+// The triangles of all instances in one mesh; its triangle i is triangle ids[i] of instance
+// instances[i].
 struct Flattened {
     Mesh mesh;
     std::vector<uint32_t> ids, instances;
@@ -484,7 +485,7 @@ TEST(Batch, AllHitsAreThoseOfEveryTriangleAlone) {
     compareAll(soup(60, 0.8f, 12), {}, rays);
 }
 
-// Several leaves have the same triangle.
+// Several leaves refer to one triangle.
 TEST(Batch, AllHitsNameSplitTrianglesOnce) {
     BuildOptions fast;
     fast.preferFastTrace = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single rays of a batch: what becomes of candidates, and the walk through triangles and instances.
+// Single rays of a batch: the handling of candidates, and the traversal of triangles and instances.
 // Included by files that are compiled once per instruction set (see bvh/simd.h).
 //
 // A Judge has
@@ -64,7 +64,7 @@ struct AnyJudge : ClosestJudge {
     }
 };
 
-// The triangles of a structure, shown to a judge.
+// Tests the triangles of a structure and passes candidates to a judge.
 template <class Judge, bool kMasked>
 struct BatchTriangles {
     static constexpr bool kOrdered = Judge::kOrdered;
@@ -106,7 +106,7 @@ SUNSTONE_INLINE const BlockHeader* headerOfHandle(uint64_t handle) {
     return reinterpret_cast<const BlockHeader*>(handle & ~uint64_t(devlib::kTagMask));
 }
 
-// What a batch's rays meet.
+// The structure that a batch's rays traverse.
 struct BatchScene {
     const BlockHeader* header;
     uint64_t masks; // as in RayBatch
@@ -171,7 +171,7 @@ private:
     }
 };
 
-// The walk of one ray, whose fields satisfy isRay().
+// Traces one ray, for which isRay() holds.
 template <class Judge, bool kMasked>
 SUNSTONE_INLINE void walkOne(const BatchScene& scene, const BatchRay& ray, const RaySetup& setup,
                              Judge& judge) {

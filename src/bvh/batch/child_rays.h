@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sets of rays by the children of a node that they meet. Included by files that are compiled once
-// per instruction set (see bvh/simd.h).
+// For each child of a node, the set of the rays that meet the child. Included by files that are
+// compiled once per instruction set (see bvh/simd.h).
 #pragma once
 
 #include "bvh/simd.h"
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-// The rays that meet each child of a node, a bit for each ray.
+// The rays that meet each child of a node, one bit per ray.
 #if defined(__AVX512F__)
 class ChildRays {
 public:

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many rays in flight: walks that do not depend on one another, stepped in turn, a node or leaf at
-// a time. Included by files that are compiled once per instruction set (see bvh/simd.h).
+// Many rays in flight: independent traversals that take turns, one node or leaf at a time. Included
+// by files that are compiled once per instruction set (see bvh/simd.h).
 //
-// A walk of one ray waits for memory, for the test of a node before the next one is known, and for
-// mispredicted branches. Here the next node of a ray is fetched while all others have their turn,
-// and a step has no branch that depends on the scene: the children that are hit are compressed and
-// sorted in registers, their number moves the top of the stack, and the tag of the entry that is
-// then on top chooses the list that the ray joins. All rays of a list do the same.
+// The traversal of a single ray waits for memory, for the test of a node before the next node is
+// known, and for mispredicted branches. Here the next node of a ray is prefetched while the other
+// rays take their turns, and a step has no branch that depends on the scene. The children that are
+// hit are compressed and sorted in registers, their number moves the top of the stack, and the tag
+// of the new top entry selects the list that the ray joins. All rays of a list execute the same
+// code.
 //
-// Each ray visits nodes and leaves in the order of traverse() (walk/traverse.h), so its hits are
-// those of the single walk even where they depend on the order.
+// Each ray visits nodes and leaves in the order of traverse() (walk/traverse.h), so its hits equal
+// those of a single ray even if they depend on the order.
 //
 // A Policy has
 //
@@ -27,7 +28,7 @@
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-// The end of a structure on the stack of a ray. No node has this tag.
+// Tag of the stack entry that marks the end of a structure. No node has this tag.
 constexpr NodeRef kEndTag = 3;
 
 #if defined(__AVX512F__) && defined(__AVX512VL__)
@@ -42,8 +43,8 @@ SUNSTONE_INLINE __m256i sortFour(__m256i a) {
     return _mm256_blend_epi32(_mm256_max_epu64(a, b), _mm256_min_epu64(a, b), 0xF0);
 }
 
-// Puts the children that are hit in the place of the entry at `top`, in the order of
-// pushChildren(). Returns the new top. Writes up to eight entries from `top` on.
+// Replaces the entry at `top` by the children that are hit, in the order of pushChildren(). Returns
+// the new top. Writes up to eight entries from `top` on.
 template <bool kOrdered>
 SUNSTONE_INLINE uint64_t* replaceTop(const NodeRef* children, Mask hits, F8 distance,
                                      uint64_t* top) {
@@ -55,7 +56,7 @@ SUNSTONE_INLINE uint64_t* replaceTop(const NodeRef* children, Mask hits, F8 dist
             _mm512_slli_epi64(_mm512_cvtepu32_epi64(_mm256_castps_si256(distance.v)), 32);
         const __m512i entries =
             _mm512_maskz_compress_epi64(__mmask8(hits), _mm512_or_si512(far, refs));
-        // Unused lanes are zero, the least, and come last.
+        // Unused lanes are zero, the smallest value, and come last.
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(top),
                             sortFour(_mm512_castsi512_si256(entries)));
         if (__builtin_expect(count > 4, 0)) {
@@ -112,7 +113,7 @@ public:
     using Flight = FlightOf<typename Policy::Data, kLevels>;
     static constexpr uint32_t kTriangleLists = 0, kInstanceLists = 4;
 
-    // Answers rays that the policy gives, until it has no more.
+    // Traces the rays that the policy supplies, until it has no more.
     void run(Policy& policy) {
         now_ = 0;
         std::fill_n(counts_[0], kLists, 0u);
@@ -128,7 +129,7 @@ public:
             flying -= round(policy);
     }
 
-    // For Policy::next: the ray starts in this structure, whose root is a node.
+    // For Policy::next: starts the ray in this structure, whose root is a node.
     void begin(Flight& f, const BlockHeader* header, uint32_t kinds, const float origin[3],
                const float direction[3], float tmin, float tmax) {
         f.tmax = tmax;
@@ -137,7 +138,8 @@ public:
         *f.top = kEndTag;
         open(f, header, kinds, origin, direction, tmin);
     }
-    // The same for a ray that is on its way: `count` entries of its stack, the next one last.
+    // Continues a ray that another traversal has started, with `count` entries of its stack, the
+    // next one last.
     void beginAt(Flight& f, const BlockHeader* header, const RaySetup* setup, float tmax,
                  const uint64_t* entries, uint32_t count) {
         f.tmax = tmax;
@@ -150,7 +152,7 @@ public:
         f.block = reinterpret_cast<const uint8_t*>(header);
         f.kinds = kTriangleLists;
     }
-    // For Policy::instance: the ray goes into a structure, whose root is a node; only if
+    // For Policy::instance: moves the ray into a structure, whose root is a node; requires
     // canEnter().
     bool canEnter(const Flight& f) const {
         return f.level + 1 < kLevels &&
@@ -162,14 +164,15 @@ public:
         ++f.level;
         open(f, header, kinds, origin, direction, tmin);
     }
-    // The same: the ray passes the instance by.
+    // For Policy::instance: the ray does not enter the instance.
     static void skip(Flight& f) { --f.top; }
 
 private:
     static constexpr uint32_t kLists = 8;
-    // A step writes one entry below and eight from the top on.
+    // A step writes one entry below the top and eight entries from the top on.
     static constexpr uint32_t kBelow = 1, kAbove = 10;
-    // An odd number of cache lines, so that the stacks' first lines differ in their sets.
+    // An odd number of cache lines, so that the first lines of the stacks are in different cache
+    // sets.
     static constexpr uint32_t kCapacity =
         ((kLevels > 1 ? 2 : 1) * kStackSize + kBelow + kAbove + 7) / 8 / 2 * 16 + 24;
 
@@ -183,7 +186,7 @@ private:
         f.kinds = f.kindsAt[f.level] = kinds;
     }
 
-    // The ray joins the list of its next node.
+    // Adds the ray to the list of its next node.
     SUNSTONE_INLINE_MEMBER void advance(Flight& f, uint32_t side) {
         const NodeRef ref = NodeRef(*f.top);
         prefetchChild(f.block, ref);
@@ -191,7 +194,7 @@ private:
         lists_[side][list][counts_[side][list]++] = uint8_t(f.place);
     }
 
-    // A step of every ray. Returns how many have ended without another in their place.
+    // Steps every ray. Returns the number of rays that have ended without a new ray in their place.
     uint32_t round(Policy& policy) {
         const uint32_t now = now_, later = now ^ 1;
         now_ = later;
@@ -240,7 +243,7 @@ private:
         return ended;
     }
 
-    // In three loops whose turns are short, so that the processor overlaps several of them.
+    // Three loops with short iterations, so that the processor overlaps several iterations.
     template <bool kOrdered>
     SUNSTONE_INLINE_MEMBER void openNodes(uint32_t now, uint32_t list) {
         const uint32_t count = counts_[now][list];
@@ -261,7 +264,8 @@ private:
             advance(flights_[lists_[now][list][k]], now ^ 1);
     }
 
-    // Removes what the single walk would pass by when it comes to it.
+    // Removes entries behind the hit, which the traversal of a single ray would skip when it pops
+    // them.
     void dropFarther(Flight& f) {
         uint64_t* const first = stacks_[f.place] + kBelow;
         uint64_t* to = first;
@@ -277,7 +281,7 @@ private:
     uint32_t now_ = 0;
     uint32_t counts_[2][kLists];
     uint8_t lists_[2][kLists][kRays];
-    // Of the nodes that are opened.
+    // The child distances of opened nodes.
     alignas(32) float distances_[kRays][8];
     const NodeRef* children_[kRays];
     Mask hits_[kRays];

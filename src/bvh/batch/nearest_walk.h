@@ -2,11 +2,12 @@
 // The nearest point of a structure's triangles. Included by files that are compiled once per
 // instruction set (see bvh/simd.h).
 //
-// Nodes are visited by the distance of their boxes, the nearest first. Within an instance distances
-// differ from those of the world: a box there is at least `scale` times as far, where scale is the
-// least factor by which the instance changes lengths; triangles are moved to the world. Boxes are
-// those of rays, a little larger than the triangles, so no point is lost. Triangles are tested in
-// double precision: the test has fourth powers of lengths, and differences of large coordinates.
+// Nodes are visited by the distance of their boxes, the nearest first. Within an instance,
+// distances differ from world distances: the world distance of a box is at least `scale` times its
+// distance there, where scale is the smallest factor by which the instance changes lengths.
+// Triangles are transformed to the world. Boxes are those of rays, a little larger than the
+// triangles, so no point is lost. Triangles are tested in double precision: the test has fourth
+// powers of lengths, and differences of large coordinates.
 #pragma once
 
 #include "bvh/batch/batch.h"
@@ -19,8 +20,8 @@ SUNSTONE_INLINE Real dot3(const Real a[3], const Real b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-// u and v (at vertices 1 and 2) of the triangle's point that is nearest to p, by the region of the
-// plane in which p's projection lies: Ericson, "Real-Time Collision Detection", section 5.1.5.
+// Computes u and v (at vertices 1 and 2) of the triangle's point nearest to p, from the region of
+// the plane that contains p's projection: Ericson, "Real-Time Collision Detection", section 5.1.5.
 SUNSTONE_INLINE void nearestOnTriangle(const double p[3], const double v[9], double& u, double& w) {
     double ab[3], ac[3], ap[3], bp[3], cp[3];
     for (int i = 0; i < 3; ++i) {
@@ -92,7 +93,7 @@ struct NearestWalk {
                  float(w),
                  {float(at[0]), float(at[1]), float(at[2])}};
     }
-    // At least `best`, for squares of the distances of boxes, which may overflow.
+    // An upper bound of `best`, for comparison with squared distances of boxes, which may overflow.
     float limit() const {
         constexpr double kLargest = 0x1.fffffep127;
         return best < kLargest ? float(best) * (1 + 0x1p-22f) : __builtin_inff();
@@ -173,7 +174,8 @@ struct NearestWalk {
             p[i] = dot3(row, point) + row[3];
             sum += dot3(row, row);
         }
-        // The norm of the inverse bounds how much it lengthens; the margin is for rounding.
+        // The norm of the inverse bounds the factor by which it stretches; the margin is for
+        // rounding.
         walk(headerOfHandle(record.child), p, (1 - 0x1p-18f) / sum, &record);
     }
 };

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the rays of a packet have in common: bounds of the distances at which any of them may meet a
-// box. Included by files that are compiled once per instruction set (see bvh/simd.h).
+// Bounds, for all rays of a packet, of the distances at which any of them may meet a box. Included
+// by files that are compiled once per instruction set (see bvh/simd.h).
 //
 // The near plane p of an axis is at (p - origin) / direction. Over all rays of one octant this is
 // at least the least product of p - origin and reciprocal direction at the ends of their intervals.
-// The slack covers the margins and the roundings of slab(): both are below 2^-20 of the terms they
-// belong to. So every child that a ray meets by testNode() passes this test.
+// The slack covers the margins and the rounding of slab(), each below 2^-20 of its term. Therefore
+// every child that a ray meets by testNode() passes this test.
 #pragma once
 
 #include "bvh/batch/ray_block.h"
@@ -29,7 +29,7 @@ public:
         }
     }
 
-    // Children that some ray may meet, and a lower bound of their distance.
+    // Returns the children that some ray may meet, and lower bounds of their distances.
     SUNSTONE_INLINE_MEMBER Mask test(const uint8_t* node, F8& distance) const {
         F8* const f = nullptr;
         F8 begin = tmin_, end = splat(farthest, f);
@@ -39,7 +39,7 @@ public:
             const auto* const upper =
                 reinterpret_cast<const float*>(node + (octant[i] ^ kPlanesSize));
             const F8 near = load(lower, f) - a.nearOrg, far = load(upper, f) - a.farOrg;
-            // Not a number, of infinite planes and slack, leaves the second operand.
+            // NaN, from infinite planes and slack, selects the second operand.
             begin = max(min(near * a.nearLow, near * a.nearHigh) - a.nearSlack, begin);
             end = min(max(far * a.farLow, far * a.farHigh) + a.farSlack, end);
         }
@@ -93,7 +93,7 @@ private:
         const bool forwards = near.low >= 0;
         a.nearOrg = splat(forwards ? org.high : org.low, f);
         a.farOrg = splat(forwards ? org.low : org.high, f);
-        // Where a ray hardly moves along the axis, or has an open one, the axis decides nothing.
+        // An axis is ignored if a ray hardly moves along it, or if the axis is open.
         const bool isIdle = isOpen || larger(near.reach(), far.reach()) > 0x1p60f;
         const auto outward = [f, isIdle](float r, float sign) {
             return splat(isIdle ? 1.0f : r + sign * absolute(r) * 0x1p-20f, f);

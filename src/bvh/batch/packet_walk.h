@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays that are alike, together through a structure of triangles or of instances. Included by files
-// that are compiled once per instruction set (see bvh/simd.h).
+// Traverses a structure of triangles or of instances with packets of similar rays. Included by
+// files that are compiled once per instruction set (see bvh/simd.h).
 //
-// Rays whose directions are of one octant make a packet. A node is loaded once for all that meet
-// it, and tested in three steps, from coarse to fine:
+// A packet has rays whose directions are in one octant. A node is loaded once for all rays that
+// meet it, and tested in three steps, from coarse to fine:
 //   all rays     The eight children against bounds of the packet (packet_bounds.h).
 //   16 rays      Each remaining child against the rays in lanes (8 with AVX2, 4 without).
 //   a ray        In place of these, where few rays are left in few lanes, the eight children
@@ -29,7 +29,7 @@
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-// One triangle of a leaf, the same in all lanes.
+// One triangle of a leaf, broadcast to all lanes.
 struct TriangleAcross {
     const float* vertices;
     uint32_t stride; // of its coordinates: triangles in the leaf
@@ -56,7 +56,7 @@ public:
         instances_ = instances;
     }
 
-    // Whether the directions of these rays are alike.
+    // Whether the directions of these rays are similar.
     static bool isNarrow(const BatchRay* rays, uint32_t count) {
         const float* const d = rays[0].direction;
         const float scale = larger(larger(absolute(d[0]), absolute(d[1])), absolute(d[2]));
@@ -67,8 +67,7 @@ public:
         return count >= kLeastPacket;
     }
 
-    // Answers rays whose directions are alike; at most kRays come. Returns the numbers of the
-    // others.
+    // Traces rays with similar directions, at most kRays. Returns the numbers of the other rays.
     std::span<const uint16_t> trace(const BatchRay* rays, typename Judge::Hit* hits,
                                     uint32_t count) {
         rays_ = rays;
@@ -91,8 +90,8 @@ public:
         return {others_, numOthers_};
     }
 
-    // Goes on with rays that other structures have judged before: at most RayBlock::kRays. Returns
-    // those that have ended.
+    // Continues rays that have traversed other structures before, at most RayBlock::kRays. Returns
+    // the rays that have ended.
     uint64_t goOn(const BatchRay* rays, Judge* judges, uint32_t count) {
         rays_ = rays;
         numBlocks_ = numPackets_ = 0;
@@ -107,15 +106,17 @@ private:
     static constexpr uint32_t kBlocks = kRays / RayBlock::kRays;
     static constexpr uint32_t kPackets = 8;
     static constexpr uint32_t kLeastPacket = 8;
-    // Tests of a box against a group of lanes that take as long as those of all against a ray.
+    // The number of tests of one box against a group of lanes that take as long as one test of all
+    // eight boxes against a ray.
     static constexpr uint32_t kTests = 2;
-    // The most that directions of a packet may differ along an axis, of the longest component.
+    // The largest difference of a packet's directions along an axis, relative to the longest
+    // component.
     static constexpr float kSpread = 0.3f;
 
     struct Block {
         RayBlock rays;
         uint64_t alive;        // rays that have not ended
-        uint32_t first, count; // of the rays that trace() has
+        uint32_t first, count; // range of the rays of trace()
         Judge judges[RayBlock::kRays];
         uint32_t masks[RayBlock::kRays];
     };
@@ -129,13 +130,13 @@ private:
         Block* block;
         Entry* top;
         PacketBounds bounds;
-        bool sameAxes; // of the shear, for all rays
+        bool sameAxes; // all rays have the same shear axes
         Entry stack[kStackSize];
     };
 
     static uint32_t lowest(uint64_t set) { return uint32_t(__builtin_ctzll(set)); }
 
-    // Makes packets of these rays. `judges`: theirs, or null where they start.
+    // Makes packets of these rays. `judges`: their judges, or null for rays that start.
     void startBlock(uint32_t first, uint32_t end, const Judge* judges = nullptr) {
         Block& block = blocks_[numBlocks_++];
         const uint32_t count = end - first;
@@ -264,7 +265,7 @@ private:
         }
     }
 
-    // The candidate of a ray; true if it ends the ray.
+    // Passes a candidate to the ray's judge; true if the ray ends.
     SUNSTONE_INLINE_MEMBER bool take(Block& block, uint32_t lane, uint32_t triangle, uint32_t sbt,
                                      float t, float v, float w, float det) {
         if (kMasked && masks_ && !(masks_[triangle] & block.masks[lane]))
@@ -305,7 +306,7 @@ private:
         }
     }
 
-    // Groups of lanes that have a ray of the set.
+    // The groups of lanes with a ray of the set.
     static uint32_t groupsOf(uint64_t rays) {
         uint32_t groups = 0;
         for (uint32_t lane = 0; lane < RayBlock::kRays; lane += WideLanes::kLanes)
@@ -415,7 +416,8 @@ private:
     }
 
     static constexpr uint64_t kGroup = (uint64_t(1) << WideLanes::kLanes) - 1;
-    // Rays whose tests of a leaf take as long as that of a triangle against a group of lanes.
+    // The number of rays whose tests of a leaf take as long as one test of a triangle against a
+    // group of lanes.
     static constexpr uint32_t kLeafCost = 1;
 
     const BlockHeader* header_ = nullptr;

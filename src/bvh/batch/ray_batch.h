@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays and hits as arrays in the caller's memory: formats, and how a ray is read and a hit written.
-// The same lines compile for CPUs and as CUDA. Read next: batch.h, bvh/gpu/batch/batches.h.
+// Rays and hits as arrays in the caller's memory: their formats, and functions that read a ray and
+// write a hit. The code compiles for CPUs and as CUDA. Read next: batch.h, bvh/gpu/batch/batches.h.
 #pragma once
 
 #include "base/inline.h"
@@ -20,7 +20,7 @@ enum class RayFormat : uint32_t {
 };
 
 enum class HitFormat : uint32_t {
-    kBit,                 // a bit for each ray: it meets a triangle
+    kBit,                 // a bit for each ray: whether it meets a triangle
     kT,                   // float, negative without a hit
     kTTriangle,           // and the triangle, ~0 without a hit
     kTTriangleUv,         // and u at vertex 1, v at vertex 2
@@ -41,12 +41,13 @@ constexpr uint32_t hitBytes(HitFormat format) {
                                                      : 20;
 }
 
-// Places are addresses of the device.
+// Pointers are device addresses.
 struct RayBatch {
     uint64_t rays = 0, hits = 0;
     uint64_t handle = 0; // of a structure of triangles, or of instances of such structures
-    // Masks of triangles, uint32_t each; in a structure of instances the address of such masks for
-    // each instance. 0: none. A ray with a mask meets the triangles with a common bit.
+    // Masks of triangles, one uint32_t each; for a structure of instances, the address of such
+    // masks for each instance. 0: none. A ray with a mask meets only triangles whose mask has a
+    // common bit.
     uint64_t masks = 0;
     uint64_t count = 0;
     RayFormat rayFormat = RayFormat::kOriginTminDirectionTmax;
@@ -55,7 +56,7 @@ struct RayBatch {
     uint32_t pad = 0;
 };
 
-// The first eight as in kOriginTminDirectionTmax.
+// The first eight members are in the order of kOriginTminDirectionTmax.
 struct BatchRay {
     float origin[3];
     float tmin;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Up to 64 rays as lanes: an array for each of their values. setup() computes for all of them what
-// setupRay() (walk/ray_setup.h) computes for one, with the same operations. Included by files that
-// are compiled once per instruction set (see bvh/simd.h).
+// Up to 64 rays as lanes, with one array per value. setup() computes for all rays the values that
+// setupRay() (walk/ray_setup.h) computes for one ray, with the same operations. Included by files
+// that are compiled once per instruction set (see bvh/simd.h).
 #pragma once
 
 #include "bvh/batch/ray_batch.h"
@@ -10,7 +10,8 @@
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-// Axes kx, ky and kz of RaySetup, by twice kz and 1 where the ray runs backwards along it.
+// Axes kx, ky and kz of RaySetup. The index is 2 kz, plus 1 if the ray's direction along kz is
+// negative.
 constexpr uint32_t kShearAxes[6][3] = {{1, 2, 0}, {2, 1, 0}, {2, 0, 1},
                                        {0, 2, 1}, {0, 1, 2}, {1, 0, 2}};
 
@@ -22,9 +23,9 @@ struct alignas(64) RayBlock {
     float nearR[3][kRays], nearC[3][kRays], farR[3][kRays], farC[3][kRays];
     float shear[3][kRays];
     uint8_t axes[kRays];   // in kShearAxes
-    uint8_t octant[kRays]; // a bit for each axis that the ray goes backwards
+    uint8_t octant[kRays]; // a bit for each axis with a negative direction
     uint64_t valid;        // isRay()
-    uint64_t open;         // rays of which some axis is open, see setupOpenAxis()
+    uint64_t open;         // rays with an open axis, see setupOpenAxis()
 
     SUNSTONE_INLINE_MEMBER void set(uint32_t lane, const BatchRay& ray) {
         for (int i = 0; i < 3; ++i) {
@@ -35,11 +36,11 @@ struct alignas(64) RayBlock {
         tmax[lane] = ray.tmax;
     }
 
-    // header: the block whose nodes the first `count` rays visit. The others become copies of the
-    // first, but are not valid.
+    // header: the block whose nodes the first `count` rays visit. All other rays become copies of
+    // the first ray, but are not valid.
     void setup(const BlockHeader* header, uint32_t count);
 
-    // What the walk of one ray needs.
+    // Fills the RaySetup of one ray.
     SUNSTONE_INLINE_MEMBER void copyTo(RaySetup& s, uint32_t lane) const {
         for (int i = 0; i < 3; ++i) {
             s.nearR[i] = nearR[i][lane];

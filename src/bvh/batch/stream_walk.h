@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rays of a piece through a structure of triangles, together. Included by files that are
+// Traverses a structure of triangles with the rays of a piece together. Included by files that are
 // compiled once per instruction set (see bvh/simd.h).
 //
-// A walk of one ray waits: each node depends on the test of the one before it, and nodes of large
-// structures come from memory. Two phases avoid this.
+// The traversal of a single ray waits: each node depends on the test of the node before it, and
+// nodes of large structures come from memory. Two phases avoid this.
 //   together   A node is loaded once for all rays that meet it: Barringer and Akenine-Moeller,
 //              "Dynamic Ray Stream Traversal" (ACM Transactions on Graphics 33, 2014). The tests of
 //              rays do not depend on one another, so the processor overlaps them. A stack entry is
@@ -21,7 +21,8 @@
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-// A node's planes in registers, for many rays of one octant. The test is testNode() of traverse.h.
+// A node's planes in registers, for many rays of one octant. The test equals testNode() of
+// traverse.h.
 struct OctantPlanes {
     F8 nearPlanes[3], farPlanes[3];
 
@@ -67,7 +68,7 @@ public:
         masks_ = masks;
     }
 
-    // Answers the rays; at most kRays.
+    // Traces the rays, at most kRays.
     void trace(const BatchRay* rays, typename Judge::Hit* hits, uint32_t count) {
         uint64_t valid = 0;
         for (uint32_t i = 0; i < count; ++i) {
@@ -95,10 +96,10 @@ public:
     }
 
 private:
-    // Rays of a set that are so few walk apart.
+    // Sets of at most so many rays traverse singly.
     static constexpr int kFew = Judge::kOrdered ? 2 : 1;
     static constexpr uint32_t kInFlight = 32;
-    // Room on a ray's own stack for nodes that the first phase gives it.
+    // Room on a ray's own stack for nodes from the first phase.
     static constexpr uint32_t kGiven = 96;
     static constexpr uint32_t kOwnStack = kGiven + kStackSize;
 
@@ -107,7 +108,8 @@ private:
         uint64_t rays;
     };
 
-    // Nodes are fetched when they are next, while other rays have their turn.
+    // No prefetch at a push: a node is prefetched when it is the ray's next, while other rays take
+    // their turns.
     struct NoPrefetch {
         static void prefetch(const uint8_t*, uint64_t) {}
     };
@@ -172,7 +174,7 @@ private:
                 const Mask hits = testRay(rays_[i], distance);
                 childRays.add(i, hits);
                 any |= hits;
-                // Those of missed children are at most those of boxes that are hit: a lower bound.
+                // Includes the distances of missed children, so the result is a lower bound.
                 nearest = min(distance, nearest);
             }
         };
@@ -208,7 +210,7 @@ private:
         return top;
     }
 
-    // The nearest of a ray's nodes comes last.
+    // Traverses singly; the nearest of a ray's nodes comes last on its stack.
     void walkApart() {
         uint64_t waiting = 0;
         for (uint64_t set = alive_; set; set &= set - 1) {

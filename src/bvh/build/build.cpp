@@ -110,7 +110,8 @@ struct Plan {
             fail(Code::kInvalidValue, total, " primitives in one structure, the limit is ",
                  kMaxPrimitives);
         numPrimitives = uint32_t(total);
-        // Updates need one place for each primitive; parts of a triangle could separate.
+        // Updates need one place for each primitive, because the parts of a split triangle could
+        // move apart.
         if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate &&
             keys == 1)
             total += maxSplits(total);
@@ -179,7 +180,7 @@ private:
         for (uint32_t i = 0; i < count; ++i) {
             const PrimitiveRef& r = references[i];
             const uint32_t input = r.input & ~kDuplicate;
-            // Parts of a split triangle may meet again.
+            // A leaf may contain several parts of one split triangle.
             uint32_t lane = 0;
             while (lane < used && (lanes[lane]->primitive != r.primitive ||
                                    (lanes[lane]->input & ~kDuplicate) != input))
@@ -285,7 +286,7 @@ public:
     }
 
 private:
-    // The magic number comes last: a block is one only when it is complete.
+    // The magic number is written last, so that an incomplete block is not valid.
     void startHeader() {
         std::memset(block_, 0, plan_.nodesOffset);
         header_.version = kBlockVersion;
@@ -338,9 +339,9 @@ private:
         header_.numSbtRecords = firstSbt;
     }
 
-    // Makes references of the active primitives, or all if updates are allowed; an inactive one
-    // then gets its predecessor's place. boxOf(input, primitive, lower, upper) gives a primitive's
-    // exact box, or false.
+    // Makes references to the active primitives, or to all if updates are allowed; an inactive
+    // primitive then has its predecessor's position. boxOf(input, primitive, lower, upper) returns
+    // a primitive's exact box, or false.
     template <class BoxOf>
     uint32_t makeReferences(const BoxOf& boxOf) {
         struct Part {
@@ -411,7 +412,7 @@ private:
         if (plan_.keys > 1) // the boxes so far are the mean boxes
             refitMotion(block_, sources, MotionReader(inputs_, plan_.keys), instanceMotion_);
         else if (options_.allowUpdate && header_.numActive < count)
-            refit(block_, sources); // places given to inactive primitives are in boxes
+            refit(block_, sources); // removes inactive primitives from the boxes
     }
 
     void runTriangles() {
@@ -486,7 +487,8 @@ private:
     Tree tree_;
 };
 
-// Most updates need no scratch memory, but a caller may be unable to allocate 0 bytes.
+// Most updates need no scratch memory. They report some bytes, because a caller may be unable to
+// allocate 0 bytes.
 size_t updateTempSize(const Plan& plan) {
     return std::max<size_t>(plan.instanceMotionSize, kUpdateTempSize);
 }
@@ -496,7 +498,7 @@ void requireInstances(const Plan& plan) {
         fail(Code::kInvalidValue, "instances is null, numInstances is ", plan.numPrimitives);
 }
 
-// Whether the inputs of an update are those of the build but for buffers.
+// Throws if the inputs of an update differ from those of the build in more than their buffers.
 void checkInputRecords(const BuildInputs& inputs, const Plan& plan, const BlockHeader& header) {
     std::vector<InputRecord> now;
     uint32_t firstSbt = 0, firstPrimitive = 0;
@@ -729,7 +731,7 @@ bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasInde
         bytes + header.tableOffset)[input->firstPrimitive + local];
     const uint32_t lanes = slot & 8 ? 8 : 4;
     const auto* leaf = reinterpret_cast<const float*>(bytes + uint64_t(slot >> 4) * 64);
-    // Where key 0 ends and the later ones begin; see layout.h.
+    // The end of key 0 and the beginning of the later keys; see layout.h.
     const float* later =
         leaf + (lanes == 4 ? sizeof(TriangleLeaf<4>) : sizeof(TriangleLeaf<8>)) / sizeof(float);
     const float* const first = at.key == 0 ? leaf : later + (at.key - 1) * 9 * lanes;

@@ -2,10 +2,10 @@
 // Builds acceleration structures from plain arrays into a buffer of the caller. The result is one
 // relocatable block (layout.h): it may be copied with memcpy to any 128-byte-aligned address.
 //
-// All pointers are host addresses. The caller checks counts and strides, because the API's rules
-// are not known here. The contents of the buffers are not trusted: an index out of range or a NaN
-// or infinite coordinate makes its primitive inactive. The block does not depend on the number of
-// threads; builds of the same input are equal byte for byte.
+// All pointers are host addresses. The caller checks counts and strides by the rules of its API.
+// The contents of the buffers are not trusted: an index out of range or a NaN or infinite
+// coordinate makes its primitive inactive. The block does not depend on the number of threads;
+// builds of the same input are equal byte for byte.
 //
 // Read next: layout.h for the block, sah_builder.h for the tree.
 #pragma once
@@ -35,7 +35,7 @@ enum class IndexFormat : uint32_t {
     kUint3 = 0x2103,
 };
 
-// What triangles and custom primitives share: which record and index a primitive reports.
+// The SBT record and the index that a primitive reports, for triangles and custom primitives.
 struct SbtInput {
     const uint32_t* flags = nullptr; // numSbtRecords words; null: all 0
     uint32_t numSbtRecords = 1;
@@ -45,7 +45,8 @@ struct SbtInput {
     uint32_t primitiveIndexOffset = 0;
 };
 
-// How triangles name their opacity micromap; numbers of OptixOpacityMicromapArrayIndexingMode.
+// How triangles refer to their opacity micromap; the values of
+// OptixOpacityMicromapArrayIndexingMode.
 enum class MicromapIndexing : uint32_t {
     kNone = 0,    // they have none
     kLinear = 1,  // triangle i has micromap i
@@ -86,7 +87,7 @@ struct CustomInput {
     SbtInput sbt;
 };
 
-// Segments of round curves, see curves.h. One SBT record for all.
+// Segments of round curves, see curves.h. All segments have one SBT record.
 struct CurveInput {
     uint32_t basis = 0x2503; // CurveBasis; here linear
     const void* vertices = nullptr;           // 3 floats each
@@ -136,8 +137,9 @@ struct InstanceInput {
     uint32_t identityFlag = 0;                   // an instance with it has no transform
 };
 
-// Exactly one kind is used: triangles, customs, curves (of one basis), spheres or instances. Several inputs of one kind
-// make one structure; SBT indices of an input follow those of the inputs before it.
+// Exactly one kind is used: triangles, customs, curves (of one basis), spheres or instances.
+// Several inputs of one kind become one structure. SBT indices of an input follow those of the
+// previous inputs.
 struct BuildInputs {
     std::span<const TriangleInput> triangles;
     std::span<const CustomInput> customs;
@@ -146,8 +148,8 @@ struct BuildInputs {
     const InstanceInput* instances = nullptr;
 };
 
-// Motion keys are evenly spaced over the time range. Before and after it the first and last key
-// apply, or with the vanish flags (layout.h: MotionFlag) the structure is empty.
+// Motion keys are evenly spaced over the time range. Outside the range, the first or last key
+// applies, or with the vanish flags (layout.h: MotionFlag) the structure is empty.
 struct MotionOptions {
     uint32_t keys = 1; // 1: no motion, the rest is ignored
     uint32_t flags = 0;
@@ -174,38 +176,38 @@ struct MemoryUsage {
 
 constexpr size_t kBlockAlignment = 128;
 
-// Upper bounds for any data of these counts; more primitives never need less. Reads no buffer.
-// Throws Error(kInvalidValue) if the inputs are more than a block can address.
+// Upper bounds for any data of these counts. More primitives never need less memory. Reads no
+// buffer. Throws Error(kInvalidValue) if the inputs exceed the addressable size of a block.
 MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options);
 
 // Builds into `output` (128-byte aligned); `temp` is scratch (128-byte aligned). Throws
-// Error(kInvalidValue) if a buffer is null, misaligned or smaller than computeMemoryUsage says.
+// Error(kInvalidValue) if a buffer is null, misaligned or smaller than computeMemoryUsage requires.
 void build(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
            void* output, size_t outputSize);
 
-// Brings the structure in `output`, built with allowUpdate (and perhaps compacted and moved since),
-// up to date with the inputs: the tree stays, boxes and primitives are computed again. Only
-// contents and addresses of buffers may differ from the build, see checkUpdate. Inactive primitives
-// may become active and vice versa. temp must have MemoryUsage::tempUpdate bytes. The result does
-// not depend on the number of threads.
+// Updates the structure in `output`, built with allowUpdate (and perhaps compacted and moved
+// since), to the inputs: keeps the tree, and recomputes boxes and primitives. Only contents and
+// addresses of buffers may differ from the build, see checkUpdate. Inactive primitives may become
+// active and vice versa. temp must have MemoryUsage::tempUpdate bytes. The result does not depend
+// on the number of threads.
 void update(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
             void* output, size_t outputSize);
 
-// Throws Error(kInvalidValue) if update() cannot be done: `output` holds no structure or one
-// without allowUpdate, options, kinds, counts, formats or geometry flags differ from the build, or
-// the output buffer is too small.
+// Throws Error(kInvalidValue) if update() is impossible: `output` holds no structure or one without
+// allowUpdate; options, kinds, counts, formats or geometry flags differ from the build; or the
+// output buffer is too small.
 void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const void* output,
                  size_t outputSize);
 
-// Whether the block at this address was made by build() (its header says so).
+// Whether build() made the block at this address, by its header.
 bool isBlock(const void* block);
 
 // Whether the block was built with allowCompaction.
 bool allowsCompaction(const void* block);
 
-// Given memory that is not a block, the functions below throw Error(kInvalidValue).
+// The functions below throw Error(kInvalidValue) for memory that is not a block.
 
-// Bytes of the block in use, which compact() needs. At most MemoryUsage::output.
+// Used bytes of the block: the destination size for compact(). At most MemoryUsage::output.
 uint64_t compactedSize(const void* block);
 
 // Copies the block to `destination` (128-byte aligned, not overlapping, destinationSize at least
@@ -215,17 +217,17 @@ void compact(const void* source, void* destination, size_t destinationSize);
 // Bounds of the active primitives at all times; empty (lower > upper) if there are none.
 Box bounds(const void* block);
 
-// The same at a motion key.
+// Bounds at a motion key.
 Box boundsAtKey(const void* block, uint32_t key);
 
 // The motion options of the build; keys is 1 without motion.
 MotionOptions motionOf(const void* block);
 
-// The handle by which rays enter the block: address and tag (GAS or IAS).
+// The traversable handle of the block: its address and tag (GAS or IAS).
 uint64_t traversableHandle(const void* block);
 
 // The vertices of a triangle at a time, 9 floats, after the pre-transform. `primitive` includes the
-// primitive index offset; sbtGasIndex picks the build input. NaN if the triangle is inactive;
+// primitive index offset; sbtGasIndex selects the build input. NaN if the triangle is inactive;
 // false if the block has no random vertex access or no such triangle. Never throws.
 bool triangleVertices(const void* block, uint32_t primitive, uint32_t sbtGasIndex,
                       float vertices[9], float time = 0) noexcept;

@@ -12,15 +12,15 @@ namespace sunstone::bvh {
 constexpr uint32_t kMaxPrimitives = 1u << 30;
 // References are made in blocks of this many primitives.
 constexpr size_t kReferenceBlock = 1u << 14;
-// Only updates of instances with motion keys need scratch memory (updateTempSize); others report a
-// little, because a caller may be unable to allocate 0 bytes.
+// Scratch size of updates that need none. It is not 0, because a caller may be unable to allocate 0
+// bytes; only updates of instances with motion keys need more (updateTempSize).
 constexpr size_t kUpdateTempSize = kBlockAlignment;
 
 inline uint64_t alignUp(uint64_t value, uint64_t alignment) {
     return (value + alignment - 1) / alignment * alignment;
 }
 
-// OptionBits of the options.
+// The options as OptionBits.
 uint32_t optionBits(const BuildOptions& options);
 
 // Throws Error(kInvalidValue) if the buffer is null, misaligned or too small.
@@ -32,7 +32,8 @@ void checkSameShape(const BlockHeader& header, const BlockHeader& wanted);
 void checkSameShape(const BlockHeader& header, const BuildOptions& options, BlockType type,
                     uint32_t keys, uint32_t numInputs, uint32_t numPrimitives);
 
-// The same for the records of its build inputs, as they are now and were in the build.
+// Throws Error(kInvalidValue) if the records of the present build inputs differ in shape from those
+// of the build.
 void checkSameInputs(std::span<const InputRecord> now, const InputRecord* then);
 
 } // namespace sunstone::bvh

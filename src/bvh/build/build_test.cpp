@@ -30,7 +30,8 @@ bool hitAt(const Structure& s, float x, float y, QueryHit* hit = nullptr) {
     return found;
 }
 
-// Every primitive of the block in exactly one leaf, children inside their boxes, depth bounded.
+// Checks that every primitive of the block is in exactly one leaf, that children are inside their
+// boxes, and that the depth is bounded.
 struct Walk {
     const uint8_t* block;
     std::multiset<uint32_t> primitives;

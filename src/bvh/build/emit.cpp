@@ -61,7 +61,7 @@ public:
     }
 
 private:
-    // Large children first: rays that stop at any hit visit in this order.
+    // Large children come first, because rays that end at any hit visit children in this order.
     static void sortByArea(const TreeNode& node, unsigned order[8]) {
         float area[8];
         for (unsigned i = 0; i < node.numChildren; ++i) {

@@ -12,7 +12,7 @@
 namespace sunstone::bvh {
 namespace {
 
-// Turns boxes, x, y and z of the result side by side.
+// Transforms boxes; x, y and z of the result are in one vector.
 class BoxTurner {
 public:
     explicit BoxTurner(const float m[12]) {
@@ -23,8 +23,8 @@ public:
         }
     }
 
-    // Unites the bounds with the boxes of a node's children; below those that exceed the bounds so
-    // far, with the boxes of their children.
+    // Unites the bounds with the boxes of a node's children. For a child whose box exceeds the
+    // bounds so far, uses the boxes of its children in its place.
     void add(const BlockHeader* header, NodeRef ref, unsigned levels) {
         const Node& node = *reinterpret_cast<const Node*>(reinterpret_cast<const uint8_t*>(header) +
                                                           offsetOf(ref));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds of instances. The axis-aligned box of a rotated box is larger than the geometry inside
-// needs; the boxes of its rotated parts are tighter. The nodes below the child's root are therefore
-// transformed one by one, so that rays that only graze an instance do not enter it.
+// Bounds of instances. The axis-aligned box of a rotated box is larger than the geometry needs; the
+// boxes of its rotated parts are tighter. The bounds therefore unite the transformed boxes of nodes
+// below the child's root, so that fewer rays enter an instance without a hit.
 #pragma once
 
 #include "bvh/layout.h"
@@ -9,7 +9,7 @@
 
 namespace sunstone::bvh {
 
-// How many levels of the child's tree are looked at.
+// The number of levels of the child's tree that the bounds use.
 struct OpenLevels {
     unsigned count;
     static OpenLevels of(uint32_t options) { // OptionBit

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fast builder: references sorted along a space-filling curve, ranges split where the highest
-// bit of their Morton codes changes (Lauterbach et al. 2009). Nodes are opened by count. Boxes
-// come from the bottom up.
+// bit of their Morton codes changes (Lauterbach et al. 2009). Nodes are opened by count. Boxes are
+// computed bottom up.
 #include "bvh/build/tree.h"
 #include "bvh/parallel.h"
 

@@ -32,8 +32,8 @@ struct Piece {
 // Splits one triangle's box.
 class Splitter {
 public:
-    // `pad`: how far a box must reach beyond its part: the padding of whole triangles' boxes, and
-    // rounding here.
+    // `pad`: the margin of a part's box: the padding of whole triangles' boxes plus the rounding
+    // here.
     Splitter(const float vertices[9], float pad) : v_(vertices), pad_(pad) {}
 
     // Writes `splits` + 1 pieces.

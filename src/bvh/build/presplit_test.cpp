@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fast-trace builds: split triangles give the same answers as whole ones, use no more memory than
-// announced, and respect the limits with all options.
+// Builds with PREFER_FAST_TRACE: split triangles give the hits of whole ones, use at most the
+// reported memory, and respect the limits with all options.
 #include "bvh/input/build_input.h"
 #include "bvh/layout.h"
 #include "bvh/testing/meshes.h"

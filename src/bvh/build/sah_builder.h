@@ -4,11 +4,11 @@
 //
 // A wide node starts as one range of references; the child with the largest area is split in two
 // until there are eight children or only leaves. A split sorts centroids into bins along all three
-// axes at once, sweeps the bins, and takes the plane with the least area * blocks, where a block of
-// up to four triangles costs the same however full it is. Ranges above kParallelCount are binned
-// and partitioned by all threads; below, children are built as independent tasks. All decisions
-// depend on counts and coordinates only, and unions of boxes are exact, so that the tree does not
-// depend on the number of threads.
+// axes at once, sweeps the bins, and takes the plane with the least area * blocks. A block of up to
+// four triangles has a constant cost. Ranges above kParallelCount are binned and partitioned by all
+// threads; below, children are built as independent tasks. All decisions depend on counts and
+// coordinates only, and unions of boxes are exact, so that the tree does not depend on the number
+// of threads.
 //
 // Below kSahDepth levels (pathological input) ranges are halved by count, which bounds the depth.
 #pragma once
@@ -82,7 +82,7 @@ struct Range {
     uint32_t count() const { return end - begin; }
 };
 
-// Maps centroids to bins.
+// The mapping of centroids to bins.
 struct Binning {
     F4 origin, scale;
     uint32_t count;
@@ -94,7 +94,8 @@ struct Binning {
         alignas(16) float size[4], factor[4] = {};
         store(size, extent(range.centroids));
         for (int i = 0; i < 3; ++i) {
-            // A hair less than count / size, so that the largest centroid falls into the last bin.
+            // Slightly less than count / size, so that the largest centroid falls into the last
+            // bin.
             factor[i] = float(count) * 0.99999f / size[i];
             splittable[i] = size[i] > 0 && factor[i] > 0 && factor[i] < 0x1p100f;
             if (!splittable[i])
@@ -161,7 +162,7 @@ struct Sweep {
         count =
             _mm_add_epi32(count, _mm_load_si128(reinterpret_cast<const __m128i*>(bins.count[i])));
     }
-    // area * blocks; infinite where there are fewer references than a leaf must have.
+    // area * blocks; infinite if there are fewer references than a leaf needs.
     SUNSTONE_INLINE_MEMBER __m128 cost(const LeafRules& rules) const {
         __m128 x = extent(box[0]).v, y = extent(box[1]).v, z = extent(box[2]).v;
         __m128 unused = _mm_setzero_ps();
@@ -278,7 +279,7 @@ private:
         if (n < kParallelCount) {
             bins.add(binning, r, n);
         } else {
-            // Few large parts: merging bins costs too.
+            // Few large parts, because merging bins also costs time.
             const uint32_t part = n / 64 > kPartitionBlock ? n / 64 : kPartitionBlock;
             const uint32_t numParts = (n + part - 1) / part;
             Bins* parts = new Bins[numParts];
@@ -297,7 +298,7 @@ private:
     bool wantsSplit(const Range& range) {
         return splitPays(range, findSplit(range, Binning(range)));
     }
-    // Whether a range that could be a leaf had better be split.
+    // Whether splitting a range that could be a leaf costs less than the leaf.
     bool splitPays(const Range& range, const Split& split) const {
         const float leaf = rules_.cost(range.count()) * range.area;
         return split.axis >= 0 && kSplitCost * range.area + split.cost * rules_.cost4 < leaf;
@@ -461,7 +462,8 @@ private:
         float bestSize = -1;
         for (unsigned i = 0; i < count; ++i) {
             const float size = byCount ? float(ranges[i].count()) : ranges[i].area;
-            // Boxes too large for floats have infinite or NaN areas: these are split too.
+            // The comparison also accepts infinite or NaN areas, which belong to boxes too large
+            // for floats.
             if (!ranges[i].leaf && !(size <= bestSize)) {
                 best = int(i);
                 bestSize = size;
@@ -517,7 +519,7 @@ private:
         node.bytes = rules_.nodeBytes + (leaves + 63) / 64 * 64 + inner;
     }
 
-    // A leaf; its references move to the first array, which emission reads.
+    // Makes a leaf; its references move to the first array, which emission reads.
     void setChild(TreeChild& child, const Range& range) {
         alignas(32) float b[8];
         store(b, range.box.v);

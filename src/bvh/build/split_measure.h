@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which long thin triangles are split before a tree is built (presplit.h), and how often at most.
-// The builders of CPUs and GPUs share these rules.
+// Rules of the CPU's and GPU's builders: which long thin triangles are split before a tree is built
+// (presplit.h), and the maximal number of splits.
 #pragma once
 
 #include "base/inline.h"
@@ -9,9 +9,9 @@
 
 namespace sunstone::bvh {
 
-// Boxes with less than this times the area their triangle needs are good enough: triangles of
-// ordinary meshes, tilted as they may be, have up to 4, and splitting them costs more than it
-// gives.
+// Triangles are split only if the area of their box is at least this multiple of their need.
+// Triangles of ordinary meshes in any orientation have up to 4, and splitting them costs more than
+// it gains.
 constexpr double kWorthwhile = 10;
 constexpr uint32_t kMostSplits = 31; // of one triangle
 

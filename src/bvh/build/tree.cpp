@@ -14,8 +14,8 @@ uint32_t maxTreeNodes(uint64_t n, const LeafRules& rules) {
     return uint32_t(n / rules.minCount * 4 / 7 + 2);
 }
 
-// Nodes, leaves at their least filled (of n references with 2 to 4 a leaf: n / 2 leaves; 5 to 8 is
-// less), and up to 32 bytes for alignment in each node.
+// The largest number of nodes, leaves with the fewest references (2 to 4 per leaf: n / 2 leaves,
+// which is more than with 5 to 8), and up to 32 bytes for alignment in each node.
 uint64_t maxTreeBytes(uint64_t n, const LeafRules& rules) {
     const uint64_t leaves = n / rules.minCount + 1;
     const uint64_t padding = rules.bytes4 % 64 ? 32 : 0;

@@ -62,12 +62,12 @@ struct Tree {
     TreeChild root;                           // count != 0: the whole tree is one leaf
 };
 
-// Most nodes of a tree over n references, and most bytes it takes in the block.
+// Upper bounds of the nodes of a tree over n references, and of its bytes in the block.
 uint32_t maxTreeNodes(uint64_t n, const LeafRules& rules);
 uint64_t maxTreeBytes(uint64_t n, const LeafRules& rules);
 
 // The builders. `references` holds `count` entries (count > 0), `scratch` has room for as many
-// (twice as many for Morton); tree.nodes has room for maxTreeNodes. The result is in tree; its
+// (twice as many for Morton); tree.nodes has room for maxTreeNodes. The result is in `tree`; its
 // references are in one of the two arrays.
 void buildSahTree(PrimitiveRef* references, PrimitiveRef* scratch, uint32_t count,
                   const LeafRules& rules, Tree& tree);

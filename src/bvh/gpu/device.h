@@ -18,7 +18,7 @@ SUNSTONE_INLINE T* at(uint64_t address) {
 SUNSTONE_INLINE Counters& countersOf(const BuildJob& job) {
     return *at<Counters>(job.counters);
 }
-// Reports to the host; the entry's number is written last.
+// Reports a failure to the host; writes the entry's number last.
 SUNSTONE_INLINE void reportFailure(uint64_t report, uint64_t block, uint32_t failure) {
     BuildReport& to = *at<BuildReport>(report);
     const uint32_t before = atomicAdd(&to.count, 1u);
@@ -39,7 +39,8 @@ SUNSTONE_INLINE uint32_t lanesBelow(uint32_t lane) {
     return (1u << lane) - 1;
 }
 
-// For a structure that is updated or post-processed: its header gives the places, compacted or not.
+// The header of a structure that is updated or post-processed; it has the places of its parts,
+// which compaction changes.
 SUNSTONE_INLINE const BlockHeader& headerIn(const BuildJob& job) {
     return *at<const BlockHeader>(job.output);
 }
@@ -75,9 +76,9 @@ SUNSTONE_INLINE void linkNodes(const BuildJob& job) {
     }
 }
 
-// Earlier writes of this thread, and of threads it has synchronised with, are visible to any thread
-// that sees its next write. __threadfence() also orders such writes among all threads, which takes
-// longer. Where there is one block, it is the only one that looks.
+// Makes earlier writes of this thread, and of threads with which it has synchronised, visible to
+// every thread that sees its next write. __threadfence() also orders such writes among all threads,
+// which takes longer. A single block needs only the order within the block.
 SUNSTONE_INLINE void fence() {
     if (gridDim.x == 1)
         asm volatile("fence.acq_rel.cta;" ::: "memory");
@@ -91,7 +92,7 @@ SUNSTONE_INLINE T loadFresh(const T* address) {
     return *const_cast<const volatile T*>(address);
 }
 
-// Floats as integers in the same order.
+// Maps floats to integers with the same order.
 SUNSTONE_INLINE uint32_t orderedBits(float a) {
     const uint32_t bits = bitsOf(a);
     return bits >> 31 ? ~bits : bits | 0x80000000u;
@@ -137,7 +138,7 @@ SUNSTONE_INLINE uint32_t joinCounts(uint32_t a, uint32_t b) {
     return refCount(a) != 0 && refCount(b) != 0 && sum <= kMaxLeafPrimitives ? sum : 0;
 }
 
-// Most primitives a leaf may have.
+// The most primitives of a leaf.
 SUNSTONE_INLINE uint32_t leafLimit(const BuildJob& job) {
     return job.type == BlockType::kTriangles ? kMaxLeafPrimitives : 1;
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Valid handles, for kernels, which cannot test whether an address is mapped: a hash table in
-// device memory that the host maintains (engine/gpu/structures.h). A number of 64 bits stands for
-// the table: its address, which has kTableAlignment, and in the low bits the shift that turns a
-// hash into a place. 0: no table, all handles are accepted. With low bits kOfGraph, the number
-// itself is read from that address when the kernel runs, because a kernel in a graph may run long
+// The valid handles, as a hash table in device memory that the host maintains
+// (engine/gpu/structures.h), because kernels cannot test whether an address is mapped. A 64-bit
+// number represents the table: its address, aligned to kTableAlignment, and in the low bits the
+// shift from a hash to a place. 0: no table, all handles are accepted. With low bits kOfGraph, the
+// kernel reads the number from that address when it runs, because a kernel in a graph may run long
 // after it was queued.
 //
-// Kernels may read while the host writes: the host writes whole entries and never moves one, so
-// that kernels see every entry that was valid when they were queued.
+// Kernels may read while the host writes: the host writes whole entries and never moves an entry,
+// so that kernels see every entry that was valid when they were queued.
 #pragma once
 
 #include "bvh/gpu/portable.h"
@@ -22,23 +22,23 @@ constexpr uint64_t kTableAlignment = 64;
 constexpr uint64_t kOfGraph = kTableAlignment - 1;
 constexpr uint64_t kFreeEntry = 0;
 
-// Hash of handles, which differ above their tags.
+// The hash uses the bits of a handle above its tag.
 constexpr uint32_t kHashFactor = 0x9E3779B1u, kHashInverse = 0x0E8B2F51u;
 static_assert(kHashFactor * kHashInverse == 1);
 SUNSTONE_INLINE uint32_t placeOfHandle(uint64_t handle, uint32_t shift) {
     return uint32_t(handle >> 6) * kHashFactor >> shift;
 }
 
-// Replaces the entry of a removed handle, so that searches continue past it. A search for this
-// number itself as a handle starts at the next place, and never reaches this one.
+// The value that replaces the entry of a removed handle, so that searches continue past it. A
+// search for this value as a handle starts at the next place, and never reaches this entry.
 SUNSTONE_INLINE uint64_t goneEntry(uint32_t place, uint32_t shift) {
     const uint32_t next = (place + 1) & (~0u >> shift);
     return uint64_t((next << shift | 1u) * kHashInverse) << 6;
 }
 
-// The table's number, from one that may be the address of it. Not a part of isKnownHandle(): a path
-// tracer's kernel that had these lines took an H100 1.4 times as long, although it never executed
-// them.
+// The table's number, from a number that may be its address. Not a part of isKnownHandle(), because
+// a path tracer's kernel with this code took 1.4 times as long on an H100, although it never
+// executed the code.
 SUNSTONE_INLINE uint64_t knownNow(uint64_t known) {
     return (known & kOfGraph) == kOfGraph
                ? *reinterpret_cast<const volatile uint64_t*>(known & ~kOfGraph)

@@ -89,7 +89,7 @@ struct alignas(16) CurveRecord {
 };
 static_assert(sizeof(CurveRecord) == 48);
 
-// The built-in shapes that a walk can meet; code for others compiles away.
+// The built-in shapes that a traversal can meet; code for other shapes compiles away.
 enum ShapeBit : uint32_t { kMeetsSpheres = 1, kMeetsLinear = 2, kMeetsCurves = 4 };
 
 // OptixPrimitiveTypeFlags as ShapeBits: type n of the numbers 0x2500 + n has bit n.
@@ -118,14 +118,14 @@ constexpr uint64_t recordSize(BlockType kind, uint32_t shape, uint32_t keys) {
     }
 }
 
-// No path from the root is longer than this many nodes; builders ensure it.
+// The longest path from the root, in nodes; builders ensure this limit.
 constexpr unsigned kMaxWideDepth = 30;
-// Groups of children that wait during traversal of one structure: one for each level, and two where
-// an instance is entered.
+// The most groups of children that wait during traversal of one structure: one for each level, and
+// two when an instance is entered.
 constexpr unsigned kStackEntries = kMaxWideDepth + 2;
-// Besides these, primitives wait on a stack while it has fewer entries than this.
+// In addition, primitives wait on the stack while fewer than this number wait.
 constexpr unsigned kWaitingLeaves = 16;
-// Likewise children of nodes of instances, one by one, while it has fewer.
+// Likewise single children of nodes of instances, while fewer than this number wait.
 constexpr unsigned kWaitingChildren = 48;
 
 } // namespace sunstone::bvh::gpu

@@ -13,7 +13,7 @@
 
 namespace sunstone::bvh::gpu {
 
-// Numbers of geometry that programs read: bvh::vertexBetween, bvh::pointBetween.
+// Interpolation of geometry that programs read, as bvh::vertexBetween and bvh::pointBetween.
 SUNSTONE_INLINE float mixVertex(float a, float b, float fraction) {
     return fused(sub(1.0f, fraction), a, mul(fraction, b));
 }
@@ -28,10 +28,10 @@ struct KnownSegment {
     KeySegment at = {0, 0.0f};
 };
 
-// bvh::worldToObjectAt: world to object of a motion transform at a time, and its child; false if it
-// cannot be entered. `known` is of the same time. Matrices and SRT components share the
-// interpolation of the first twelve numbers and one inversion, so that lanes with either stay
-// together; at a key, that key also serves as the next one.
+// As bvh::worldToObjectAt: the world-to-object matrix of a motion transform at a time, and its
+// child. False if the transform cannot be entered. `known` belongs to the same time. Matrices and
+// SRT components share the interpolation of the first twelve numbers and one inversion, so that
+// lanes with either kind stay together. At a key, that key also serves as the next key.
 SUNSTONE_INLINE bool worldToObjectOf(uint64_t transform, float time, KnownSegment& known,
                                      uint64_t& child, float worldToObject[12]) {
     const U4* const words = reinterpret_cast<const U4*>(transform & ~devlib::kTagMask);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The differences between compilers, so that the same lines compile as CUDA (builder kernels), as
-// freestanding C++ for nvptx64 (run-time of device programs) and for the CPU (tests). Operations
-// whose rounding matters have names (math/rounded.h); with any compiler flags, only fused() is
-// fused.
+// Hides the differences between compilers, so that the same code compiles as CUDA (builder
+// kernels), as freestanding C++ for nvptx64 (run-time of device programs) and for the CPU (tests).
+// Operations whose rounding matters have names (math/rounded.h); with any compiler flags, only
+// fused() is fused.
 #pragma once
 
 #include "base/inline.h"
@@ -29,11 +29,11 @@ using U2 = uint32_t __attribute__((ext_vector_type(2)));
 SUNSTONE_INLINE float fused(float a, float b, float c) {
     return __nvvm_fma_rn_f(a, b, c);
 }
-// Bytes of a (0..3) and b (4..7) as the four digits of the selector say, the lowest first.
+// Selects bytes of a (0..3) and b (4..7) by the four digits of the selector, the lowest first.
 SUNSTONE_INLINE uint32_t permute(uint32_t a, uint32_t b, uint32_t selector) {
     return uint32_t(__nvvm_prmt(int(a), int(b), int(selector)));
 }
-// Of a normal number, with an error of one unit in the last place.
+// The reciprocal of a normal number, with an error of one unit in the last place.
 SUNSTONE_INLINE float roughReciprocal(float a) {
     return __nvvm_rcp_approx_ftz_f(a);
 }
@@ -76,7 +76,7 @@ SUNSTONE_INLINE float larger(float a, float b) {
 SUNSTONE_INLINE float magnitude(float a) {
     return __builtin_fabsf(a);
 }
-// By the low five bits of `by`.
+// Shifts by the low five bits of `by`.
 SUNSTONE_INLINE uint32_t shiftLeft(uint32_t a, uint32_t by) {
 #if defined(__NVPTX__)
     uint32_t result; // one instruction; a shift by a masked amount would be two

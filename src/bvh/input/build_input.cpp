@@ -167,7 +167,7 @@ uint32_t SbtReader::sbtWord(uint32_t primitive) const {
                 : input_.indexOffsetSize == 2 ? readAs<uint16_t>(address)
                                               : readAs<uint32_t>(address);
     }
-    // Beyond the declared records is undefined; the last one is the harmless reading.
+    // An index beyond the declared records is undefined; clamping to the last record is safe.
     local = std::min(local, std::max(input_.numSbtRecords, 1u) - 1);
     const uint32_t flags = input_.flags && input_.numSbtRecords ? input_.flags[local] : 0;
     return ((firstSbtIndex_ + local) & kSbtIndexMask) | flags << kGeometryFlagShift;
@@ -180,7 +180,7 @@ InstanceDesc givenInstance(const InstanceInput& input, uint32_t i) {
         return *reinterpret_cast<const InstanceDesc*>(
             static_cast<const uint8_t*>(input.instances) +
             size_t(i) * (input.stride ? input.stride : sizeof(InstanceDesc)));
-    // Null, misaligned or unmapped: an instance that is never hit.
+    // A null, misaligned or unmapped address is an instance that is never hit.
     const uint64_t address = input.instancePointers[i];
     if (address == 0 || address % alignof(InstanceDesc) != 0 ||
         !isReadableNearby(reinterpret_cast<const void*>(address), sizeof(InstanceDesc)))

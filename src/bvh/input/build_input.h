@@ -16,11 +16,12 @@
 
 namespace sunstone::bvh {
 
-// Larger coordinates count as infinite: their areas and products would not fit into floats.
+// Larger coordinates count as infinite, because their areas and products would exceed the range of
+// floats.
 constexpr float kMaxCoordinate = 0x1p100f;
 
-// Widens a box by a little of its size, so that traversal never culls what the triangle test
-// accepts (ray_setup.h).
+// Widens a box by a small part of its size, so that traversal never culls a triangle that the
+// triangle test accepts (ray_setup.h).
 void padBox(float lower[3], float upper[3]);
 
 // Whether an active primitive may have this coordinate.
@@ -28,7 +29,7 @@ inline bool usable(float a) {
     return a >= -kMaxCoordinate && a <= kMaxCoordinate;
 }
 
-// Ends a box where coordinates count as infinite; false if nothing is left, or a plane is NaN.
+// Clamps a box to the range of finite coordinates; false if nothing remains, or a plane is NaN.
 inline bool endBox(float lower[3], float upper[3]) {
     bool good = true;
     for (int a = 0; a < 3; ++a) {
@@ -84,8 +85,8 @@ public:
     }
 
 private:
-    // The last of twelve bytes are in the next cache line one time in eight; without this prefetch
-    // they take half of an update's time.
+    // A vertex of twelve bytes extends into the next cache line one time in eight; without this
+    // prefetch, such accesses take half of an update's time.
     static void prefetchBothEnds(const uint8_t* address) {
         __builtin_prefetch(address);
         __builtin_prefetch(address + 11);
@@ -133,7 +134,7 @@ private:
     size_t stride_;
 };
 
-// SBT index (GAS-wide) and geometry flags of a primitive, as leaves hold them.
+// Reads SBT index (GAS-wide) and geometry flags of a primitive in the form of leaves.
 class SbtReader {
 public:
     SbtReader(const SbtInput& input, uint32_t firstSbtIndex)
@@ -150,8 +151,8 @@ private:
     uint32_t firstSbtIndex_;
 };
 
-// The build input of a primitive, from the word a leaf has for it: the last one whose SBT indices
-// begin at or before its own.
+// The build input of a primitive, from its word in a leaf: the last input whose SBT indices begin
+// at or before the primitive's.
 inline uint32_t inputOf(const BlockHeader& header, const InputRecord* inputs, uint32_t sbtWord) {
     if (header.numInputs == 1)
         return 0;
@@ -167,7 +168,7 @@ inline float boxPadding(float size) {
     return size * 0x1p-21f;
 }
 
-// The i-th instance as the input means it.
+// The description of the i-th instance of the input.
 InstanceDesc instanceAt(const InstanceInput& input, uint32_t i);
 
 // Fills the record of an instance and its box; false if it is inactive.

@@ -12,8 +12,8 @@
 // The number without recursion. Let a, b, c be the barycentrics of a point, as binary fractions,
 // and a_k, b_k, c_k their k-th digits. One step down the curve takes the digits in turn: child 0, 2
 // or 3 has a, b or c in its upper half, child 1 has none. Children 1 and 3 exchange the roles of A
-// and B; child 1 is upside down, which inverts all later digits. So only the difference of a's and
-// b's digits matters, and the orientation is a parity:
+// and B; child 1 is upside down, which inverts all later digits. Therefore only the difference of
+// a's and b's digits matters, and the orientation is a parity:
 //   low_k  = !(a_k ^ b_k)                                child 1 or 3
 //   s_k    = low_0 ^ ... ^ low_(k-1)                     A and B exchanged
 //   high_k = (s_k ? a_k : b_k) ^ c_k                     child 2 or 3
@@ -39,7 +39,7 @@ constexpr unsigned kMaxMicromapLevel = 12;
 // Numbers of OptixOpacityMicromapFormat.
 enum class MicromapFormat : uint32_t { kTwoState = 1, kFourState = 2 };
 
-// Numbers of the states in 4-state micromaps; 2-state ones have the first two.
+// Values of the states in 4-state micromaps; 2-state micromaps have the first two.
 enum MicromapState : uint32_t {
     kTransparent = 0,
     kOpaque = 1,
@@ -86,7 +86,7 @@ inline bool looksLikeMicromapArray(const MicromapArrayHeader* header) {
     return header->magic == kMicromapMagic && header->version == kMicromapVersion;
 }
 
-// Where the states of a micromap are, in one word:
+// The place of a micromap's states, in one word:
 //   bits 0..1   kind    bits 4..7  level, or the state if all of the triangle has the same
 //   bits 8..63  place of the states, in bytes from the start of the array
 using MicromapRef = uint64_t;
@@ -134,7 +134,7 @@ SUNSTONE_INLINE uint32_t microTriangleAt(float u, float v, unsigned level) {
     uint32_t c = sv < scale ? uint32_t(sv) : last;
     if (b + c > last)
         (b > c ? b : c) = last - (b > c ? c : b);
-    // The square cell (b, c) is an upright triangle and one on its head.
+    // The square cell (b, c) consists of an upright triangle and an inverted one.
     const bool head = (su - float(b)) + (sv - float(c)) >= 1 && b + c < last;
     const uint32_t a = last - b - c - head;
     const uint32_t low = ~(a ^ b) & last;

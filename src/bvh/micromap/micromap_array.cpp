@@ -12,10 +12,10 @@
 namespace sunstone::bvh {
 namespace {
 
-// More than any index of a triangle can name, and than any buffer has.
+// Exceeds every index of a triangle and the size of every buffer.
 constexpr uint64_t kMaxMicromaps = 1u << 30;
 constexpr uint64_t kMaxStateBytes = uint64_t(1) << 40;
-// Clients allocate this size, and some cannot allocate 0 bytes.
+// Callers allocate this size, and some cannot allocate 0 bytes.
 constexpr size_t kTempSize = kMicromapArrayAlignment;
 
 using Counts = MicromapCounts;
@@ -137,7 +137,7 @@ void buildMicromapArray(const MicromapArrayInput& input, void* output, size_t ou
     auto* const bytes = static_cast<uint8_t*>(output);
     auto& header = *static_cast<MicromapArrayHeader*>(output);
     header = {};
-    // The array is one only when it is complete.
+    // The magic number is written last, so that an incomplete array is not valid.
     auto* const refs = reinterpret_cast<MicromapRef*>(bytes + plan.refsOffset);
     uint64_t place = plan.dataOffset;
     forEachMicromap(input, [&](uint64_t i, const MicromapDesc& desc, MicromapFormat format) {

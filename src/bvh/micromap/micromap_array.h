@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds arrays of opacity micromaps into a buffer of the caller, and gives the data needed to
-// relocate them. The rules for buffers are those of build.h: addresses are host addresses, contents
-// are not trusted. Read micromap.h first.
+// Builds arrays of opacity micromaps into a buffer of the caller, and relocates them. The rules for
+// buffers are those of build.h: addresses are host addresses, contents are not trusted. Read
+// micromap.h first.
 #pragma once
 
 #include "bvh/micromap/micromap.h"
@@ -12,7 +12,7 @@
 
 namespace sunstone::bvh {
 
-// So many micromaps of this kind are in an array. Several entries of one kind add up.
+// The number of micromaps of one kind in an array. Several entries of one kind add up.
 struct MicromapHistogramEntry {
     uint32_t count;
     uint32_t level;
@@ -41,7 +41,7 @@ struct MicromapArraySizes {
 
 constexpr size_t kMicromapArrayAlignment = 128;
 
-// How many micromaps there are of each kind.
+// The number of micromaps of each kind.
 struct MicromapCounts {
     std::array<std::array<uint64_t, kMaxMicromapLevel + 1>, 2> of{};
 
@@ -50,7 +50,7 @@ struct MicromapCounts {
     }
 };
 
-// Where the parts of an array are.
+// The places of the parts of an array.
 struct MicromapArrayLayout {
     MicromapCounts counts;
     uint64_t numMicromaps, refsOffset, dataOffset, usedSize;
@@ -63,22 +63,22 @@ MicromapArrayLayout micromapArrayLayout(std::span<const MicromapHistogramEntry> 
 uint64_t micromapCount(std::span<const MicromapHistogramEntry> histogram);
 
 // The sizes of any array with this histogram. Throws Error(kInvalidValue) for an unknown level or
-// format, and for more than an array can hold.
+// format, and for more micromaps than an array can hold.
 MicromapArraySizes micromapArraySizes(std::span<const MicromapHistogramEntry> histogram);
 
 // The number of bytes of `states` that the descriptions refer to. Throws Error(kInvalidValue) if
 // they contradict the histogram.
 uint64_t checkMicromaps(const MicromapArrayInput& input);
 
-// Builds into `output` (128-byte aligned). The states must be readable as far as checkMicromaps()
-// says. Throws as that does, and Error(kInvalidValue) if the output buffer is too small; `output`
-// then holds no array.
+// Builds into `output` (128-byte aligned). The bytes of states that checkMicromaps() returns must
+// be readable. Throws as checkMicromaps(), and Error(kInvalidValue) if the output buffer is too
+// small; `output` then holds no array.
 void buildMicromapArray(const MicromapArrayInput& input, void* output, size_t outputSize);
 
 // Whether the memory at this address holds an array. It must be readable.
 bool isMicromapArray(const void* array);
 
-// As relocationInfo() for structures, but of an array.
+// As relocationInfo() for structures, for an array.
 RelocationInfo micromapRelocationInfo(const void* array);
 bool holdsMicromaps(const RelocationInfo& info);
 

@@ -20,7 +20,7 @@ inline const MicromapRecord* micromapRecords(const void* block) {
 // Bytes that records and refs of these inputs need; 0 without micromaps.
 uint64_t micromapTableSize(std::span<const TriangleInput> inputs);
 
-// Fills them at micromapsOffset of the header, which has its InputRecords. Throws
+// Fills records and refs at micromapsOffset of the header, whose InputRecords must be set. Throws
 // Error(kInvalidValue) if an input's array is invalid. A triangle whose index is out of range has
 // no micromap.
 void bindMicromaps(uint8_t* block, std::span<const TriangleInput> inputs);
@@ -28,7 +28,7 @@ void bindMicromaps(uint8_t* block, std::span<const TriangleInput> inputs);
 // Throws Error(kInvalidValue) if an update cannot have these micromaps: other indexing than in the
 // build, or other arrays without the option to change them.
 void checkMicromapUpdate(const BlockHeader& header, std::span<const TriangleInput> inputs);
-// The same with the structure's records (null: it has none) and option.
+// As above, with the structure's records (null: none) and option.
 void checkMicromapUpdate(const MicromapRecord* records, bool mayChange,
                          std::span<const TriangleInput> inputs);
 

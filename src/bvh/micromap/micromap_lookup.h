@@ -46,8 +46,8 @@ struct MicromapLookup {
     }
 };
 
-// False where a triangle is transparent; else the state takes the place of its geometry flag
-// DISABLE_ANYHIT. Instance and ray flags apply after it.
+// False if the triangle is transparent there; else the state replaces its geometry flag
+// DISABLE_ANYHIT. Instance and ray flags apply afterwards.
 SUNSTONE_INLINE bool throughMicromap(uint32_t state, bool twoStates, uint32_t& sbtWord) {
     if (state == kNoMicromap)
         return true;

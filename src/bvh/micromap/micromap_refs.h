@@ -14,7 +14,7 @@ namespace sunstone::bvh {
 
 constexpr int64_t kLastPredefinedIndex = -4;
 
-// The index that triangle has in an index buffer, whose largest values are the predefined indices.
+// The index of a triangle in an index buffer, whose largest values are the predefined indices.
 inline int64_t micromapIndexAt(const uint8_t* indices, uint32_t size, uint64_t stride,
                                uint64_t triangle) {
     const uint8_t* const at = indices + triangle * stride;

@@ -69,8 +69,8 @@ TEST(MicroTriangles, AreNumberedAlongTheCurve) {
     }
 }
 
-// At level 12 a micro-triangle is some thousand floats wide: descends to it instead of visiting
-// all.
+// At level 12 a micro-triangle is some thousand floats wide; the test descends to one
+// micro-triangle in place of visiting all.
 TEST(MicroTriangles, AreNumberedAlongTheCurveAtTheFinestLevel) {
     Random random(7);
     for (int i = 0; i < 20000; ++i) {
@@ -115,7 +115,7 @@ TEST(MicroTriangles, StayInRange) {
 
 // ---- arrays ----
 
-// Micromaps in the making.
+// The input of an array under construction.
 struct Maps {
     std::vector<uint8_t> states;
     std::vector<MicromapDesc> descriptions;

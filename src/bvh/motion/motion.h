@@ -2,8 +2,8 @@
 // The place of a time among motion keys. Small and always inline: included by files compiled for
 // different instruction sets.
 //
-// Keys divide the time range [begin, end] evenly. Before it the first key applies, after it the
-// last. A NaN time, or one in an empty range, counts as before its end.
+// Keys divide the time range [begin, end] evenly. Before the range the first key applies, after it
+// the last key. A NaN time, or a time in an empty range, counts as before the end.
 #pragma once
 
 #include "base/inline.h"
@@ -39,16 +39,15 @@ SUNSTONE_INLINE bool hasVanished(uint32_t flags, float begin, float end, float t
     return ((flags & kStartVanish) && time < begin) || ((flags & kEndVanish) && time > end);
 }
 
-// One number between two keys. Transforms, boxes and the geometry of ray tests are interpolated by
-// these operations: each is monotone, so geometry within bounds at both keys lies within the
-// interpolated bounds.
+// Interpolates a number between two keys, for transforms, boxes and the geometry of ray tests. Each
+// operation is monotone, so geometry within bounds at both keys is within the interpolated bounds.
 SUNSTONE_INLINE float between(float a, float b, float fraction) {
     return a * (1.0f - fraction) + b * fraction;
 }
 
-// The same for geometry that programs read, to the bits of the driver's library: vertices of
-// triangles, and points and radii of curves and spheres. Ray tests use neither, as processors may
-// lack the fused operation.
+// Interpolate geometry that programs read, with the bits of the driver's library: vertices of
+// triangles, and points and radii of curves and spheres. Ray tests do not use these functions,
+// because processors may lack the fused operation.
 SUNSTONE_INLINE float vertexBetween(float a, float b, float fraction) {
     return __builtin_fmaf(1.0f - fraction, a, fraction * b);
 }

@@ -10,12 +10,12 @@ namespace sunstone::bvh {
 // Whether a transform between the handle and the first structure, or that structure, has motion.
 bool moves(uint64_t handle);
 
-// Bounds of a box through a motion transform, at all times.
+// Bounds, at all times, of a box under a motion transform.
 Box boundsOfMotion(uint64_t transform, const Box& child);
 
-// The bounds of an instance at each key of its structure, such that interpolation between them, and
-// the outermost ones before and after, contain the instance at all times. `record` comes from
-// describeInstance, which found the instance active.
+// Computes bounds of an instance at each key of its structure. Interpolated between keys, and
+// constant before the first and after the last key, they contain the instance at all times.
+// `record` comes from describeInstance; the instance is active.
 void describeMotion(const InstanceRecord& record, const MotionOptions& motion, KeyBounds* keys);
 
 } // namespace sunstone::bvh

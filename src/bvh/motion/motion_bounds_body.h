@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// How bounds pass through a motion transform. Time is cut into pieces at the keys, those of SRT
-// transforms with rotation further. Within a piece of length 1 a corner of the child's box is at
-// p(x) = M(x) c(x), and both M and c are linear but for the rotation. p stays within max|p''| / 8
-// of its chord: for matrices p'' = 2 dM dc exactly; with rotation (R the rotation, w = S c + pv)
+// Bounds under motion transforms. Time is cut into pieces at the keys; pieces of SRT transforms
+// with rotation are cut further. Within a piece of length 1, a corner of the child's box is at p(x)
+// = M(x) c(x), where M (except for the rotation) and c are linear. p stays within max|p''| / 8 of
+// its chord: for matrices p'' = 2 dM dc exactly; with rotation (R the rotation, w = S c + pv)
 //   |p''| <= (omega^2 + omega') |w| + 2 omega |w'| + |w''|,
-// omega being the rate of turn. A normalised sum of quaternions turns about one axis at the rate
-// 2 |q0 ^ q1| / |q(x)|^2. The bounds of a piece are those of all chords, widened by this much; one
-// pair of linear bounds over all pieces comes from shifting the line through its ends until it
-// clears every piece.
+// omega being the rate of turn. A normalised sum of quaternions turns about one axis at the rate 2
+// |q0 ^ q1| / |q(x)|^2. The bounds of a piece are those of all chords, widened by this deviation.
+// One pair of linear bounds for all pieces is the line through the ends, shifted until it clears
+// every piece.
 //
 // Compiled for the CPU (motion_bounds.cpp) and in the builder kernels of GPUs
-// (gpu/build/instances.h). All that a handle leads to must be memory that can be read, up to the
-// first structure: the caller has seen to it.
+// (gpu/build/instances.h). The caller must have checked that all memory from a handle to the first
+// structure is readable.
 #pragma once
 
 #if defined(__CUDA__)
@@ -20,7 +20,7 @@
 
 #include "bvh/motion/transforms.h"
 
-// Once each in a GPU's kernels: inlined wherever bounds are walked, they took its compiler ten
+// Kernels of a GPU contain each such function once: inlined at each use, they took its compiler ten
 // seconds (docs/notes/compile-time.md has figures).
 #if defined(__NVPTX__)
 #define SUNSTONE_ONCE __attribute__((noinline))
@@ -50,11 +50,11 @@ struct LinearBounds {
 namespace moving {
 
 constexpr double kInf = __builtin_inf();
-// Turns of more than this many radians are cut.
+// Pieces with larger rotations, in radians, are cut.
 constexpr double kPieceAngle = 0.2;
 constexpr unsigned kMaxPieces = 64;
 
-// When the keys of a structure of instances are.
+// The times of the keys of a structure of instances.
 struct MotionTimes {
     uint32_t keys;
     float begin, end;
@@ -76,7 +76,7 @@ inline void copy(const From* from, To* to, int count) {
 }
 
 // The angle of a cosine, to 0.0001 (Abramowitz and Stegun, Handbook of Mathematical Functions,
-// 4.4.45): it only decides how finely a rotation is cut.
+// 4.4.45). It only determines the number of pieces of a rotation.
 inline double angleOf(double cosine) {
     const double x = __builtin_fabs(cosine);
     const double angle =
@@ -104,7 +104,7 @@ class KeyTimes {
 public:
     KeyTimes(uint32_t keys, float begin, float end) : keys_(keys), begin_(begin), end_(end) {}
 
-    // Whether time makes a difference in the ordinary way: else keySegment() may give any key.
+    // Whether the time range is usable; otherwise keySegment() may return any key.
     bool moves() const { return keys_ > 1 && begin_ < end_ && __builtin_isfinite(end_ - begin_); }
     // Key and fraction as one number, 0 .. keys - 1. Only with motion, as in the following
     // functions.
@@ -195,7 +195,8 @@ inline Corner minus(const Corner& a, const Corner& b) {
 // Collects the chords of a piece.
 class Chords {
 public:
-    // The chord from p0 to p1, which the path leaves by up to `low` below and `high` above.
+    // Adds the chord from p0 to p1; the path deviates from it by up to `low` below and `high`
+    // above.
     void add(const Corner& p0, const Corner& p1, const Corner& low, const Corner& high) {
         for (int a = 0; a < 3; ++a)
             for (int end = 0; end < 2; ++end) {
@@ -268,7 +269,7 @@ inline double dot4(const double* a, const double* b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
 }
 
-// How fast the rotation turns between two quaternions, over a piece of length 1.
+// The speed of the rotation between two quaternions over a piece of length 1.
 struct Turn {
     double rate = 0, change = 0; // bounds of omega and omega'
 
@@ -336,7 +337,7 @@ public:
         do {
             const double next = least(__builtin_floor(at) + 1, to);
             const uint32_t key = uint32_t(at);
-            // Times at the last key have no next one.
+            // At the last key there is no next key.
             const uint32_t second = to > at ? key + 1 : key;
             const unsigned pieces = isSrt_ && second != key ? piecesOf(key) : 1;
             for (unsigned i = 0; i < pieces; ++i) {
@@ -432,7 +433,7 @@ inline LinearBounds blockBounds(const BlockHeader& header, double begin, double 
     return hull.result();
 }
 
-// Bounds valid at any time, where the keys of a transform have no usable range.
+// Bounds valid at any time, for a transform whose keys have no usable range.
 SUNSTONE_ONCE inline LinearBounds throughAllKeys(uint64_t transform, const LinearBounds& child) {
     LinearBounds still = child;
     for (int a = 0; a < 3; ++a) {
@@ -454,7 +455,7 @@ SUNSTONE_ONCE inline LinearBounds throughAllKeys(uint64_t transform, const Linea
     return all;
 }
 
-// Bounds through a motion transform, valid over [begin, end], from those of its child.
+// Bounds under a motion transform, valid over [begin, end], from those of its child.
 SUNSTONE_ONCE inline LinearBounds throughMotion(uint64_t transform, double begin, double end,
                                                 const LinearBounds& child) {
     const KeyTimes times = timesOf(transform);
@@ -561,7 +562,7 @@ inline void addTimes(uint64_t handle, double& begin, double& end) {
     }
 }
 
-// To floats, with a margin for the rounding of rays that are transformed.
+// Extends a key's bounds, in floats, with a margin for the rounding of transformed rays.
 inline void extend(KeyBounds& key, const LinearBounds& b, int end) {
     for (int a = 0; a < 3; ++a) {
         const double margin =
@@ -623,7 +624,7 @@ SUNSTONE_ONCE inline void describeParts(const InstanceRecord& record, const Moti
         extend(keys[k], part, 0);
         extend(keys[k + 1], part, 1);
     }
-    // Outside of its range the structure uses the outermost keys, but its children keep moving.
+    // Outside its range the structure uses the outermost keys, but its children keep moving.
     if (earliest < motion.begin) {
         const LinearBounds part = over(earliest, motion.begin);
         extend(keys[0], part, 0);

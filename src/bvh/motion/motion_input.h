@@ -24,8 +24,8 @@ public:
         return customs_[size_t(input) * keys_ + key];
     }
 
-    // Whether the primitive is active; then the mean of its boxes at the keys: tree builders take
-    // it for the primitive.
+    // Whether the primitive is active. If so, computes the mean of its boxes at the keys, which
+    // tree builders use as the primitive's box.
     bool triangleBox(uint32_t input, uint32_t triangle, float lower[3], float upper[3]) const;
     bool customBox(uint32_t input, uint32_t primitive, float lower[3], float upper[3]) const;
 

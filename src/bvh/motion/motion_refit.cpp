@@ -16,8 +16,8 @@ constexpr uint64_t kTaskBytes = 1u << 18;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-// Bounds and contents below a place in the tree at one key. Boxes grow by minimum and maximum
-// alone, so that the order in which threads finish does not matter.
+// Bounds and contents below a place in the tree at one key. Boxes are only minima and maxima, so
+// the order in which threads finish does not matter.
 struct KeyExtent {
     float lower[3] = {kInf, kInf, kInf}; // padded, as nodes hold them
     float upper[3] = {-kInf, -kInf, -kInf};
@@ -78,8 +78,8 @@ public:
     }
 
 private:
-    // The subtree of the reference at a key; leaves are read at the first one. An inner node's
-    // subtree ends at `end`.
+    // Refits the subtree of the reference at a key; leaves are read at the first key. An inner
+    // node's subtree ends at `end`.
     KeyExtent refitRef(NodeRef ref, uint64_t end, uint32_t key) const {
         const uint64_t offset = offsetOf(ref);
         if ((ref & kNodeTagMask) == kInner)
@@ -153,7 +153,7 @@ private:
         return extent;
     }
 
-    // Zeroes the bytes after the last key: blocks of equal inputs are equal.
+    // Zeroes the bytes after the last key, so that blocks of equal inputs are equal.
     void clearRest(void* leaf, uint32_t size, uint32_t keySize, uint32_t unit) const {
         const uint32_t used = size + (keys_ - 1) * keySize;
         std::memset(static_cast<uint8_t*>(leaf) + used, 0,
@@ -166,7 +166,7 @@ private:
                         : reinterpret_cast<TriangleKey<N>*>(&leaf + 1)[key - 1].vertices;
     }
 
-    // Vertices at all keys; NaN at all if the triangle is inactive or the lane unused.
+    // Reads vertices at all keys; NaN at all keys if the triangle is inactive or the lane unused.
     template <unsigned N>
     void readLane(TriangleLeaf<N>& leaf, uint32_t lane, bool used) const {
         TriangleCheck check;
@@ -205,7 +205,7 @@ private:
         return extent;
     }
 
-    // Boxes at all keys; empty at all if the primitive is inactive.
+    // Reads boxes at all keys; empty at all keys if the primitive is inactive.
     void readCustom(CustomLeaf& leaf, CustomKey* later) const {
         const uint32_t input = inputOf(header_, inputs_, leaf.sbt);
         const uint32_t primitive = leaf.primitive - inputs_[input].primitiveIndexOffset;

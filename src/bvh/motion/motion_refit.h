@@ -8,8 +8,8 @@
 
 namespace sunstone::bvh {
 
-// Of a structure of instances: bounds of the i-th at key k are at [i * keys + k], empty if it is
-// inactive.
+// For a structure of instances: the bounds of instance i at key k are at [i * keys + k], empty if
+// it is inactive.
 struct InstanceMotion {
     KeyBounds* bounds = nullptr;
     bool read = true; // fill records and bounds from the input; else they are already filled

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles with motion keys. The judges: a structure without motion of the triangles at that time,
-// which must give the same answers to the last bit, and a loop over all triangles in double
+// Triangles with motion keys. The references are a structure without motion of the triangles at
+// that time, whose hits must be equal bit for bit, and a loop over all triangles in double
 // precision.
 #include "base/error.h"
 #include "bvh/layout.h"
@@ -139,7 +139,7 @@ TEST(MotionTriangles, AreWhereTheyAreAtTheTime) {
         }
 }
 
-// Distances to planes overflow on all axes: unused children must be culled all the same.
+// Distances to planes overflow on all axes; unused children must still be culled.
 TEST(MotionTriangles, OriginsThatAreTooFarOff) {
     const MovingMesh mesh = randomMotion(83, 3, 0.5f, 0.3f, 9);
     const Structure s = makeStructure(mesh.input(), mesh.options());
@@ -190,7 +190,7 @@ TEST(MotionTriangles, FarFromTheOriginAndFast) {
         }
 }
 
-// Everything in doubles, and vertices interpolated in doubles too.
+// All arithmetic, including the interpolation of vertices, is in double precision.
 TEST(MotionTriangles, AgreeWithALoopOverAllInDoublePrecision) {
     const MovingMesh mesh = randomMotion(300, 4, 0.25f, 0.4f, 11, -2, 3);
     const TriangleInput in = mesh.input();
@@ -299,7 +299,7 @@ TEST(MotionTriangles, InactiveOnesAreLeftOut) {
 }
 
 TEST(MotionTriangles, ThatHaveAnAreaOnlyOnTheWayCanBeHit) {
-    // Corners change places: a line at both keys, a triangle between them.
+    // Corners exchange places: a line at both keys, a triangle between them.
     Mesh first;
     first.vertices = {{-1, 0, 0}, {1, 0, 0}, {0, 0, 0}};
     first.triangles = {{0, 1, 2}};

@@ -2,12 +2,12 @@
 // Traversal of structures with motion keys: the loop of traverse.h with nodes and triangles
 // interpolated at the ray's time. Compiled once per instruction set, like traverse.h.
 //
-// A plane at the time is a * (1 - f) + b * f, its distance that times r plus c (ray_setup.h). With
-// FMA both become two multiply-adds, a * ((1 - f) r) + (b * (f r) + c): no more work than one
-// interpolation. The rounding of these operations and of interpolated vertices is below (2^-22 M +
-// 2^-24 |origin|) r, where M is the largest coordinate in the structure; twice that goes into the
-// constants, to the safe side. Without FMA planes are interpolated by the operations of the
-// vertices, which are monotone, and need no margin.
+// A plane at the time is a * (1 - f) + b * f, and its distance is the plane times r plus c
+// (ray_setup.h). With FMA both together take two multiply-adds, a * ((1 - f) r) + (b * (f r) + c),
+// as many as the interpolation alone. The rounding of these operations and of interpolated vertices
+// is below (2^-22 M + 2^-24 |origin|) r, where M is the largest coordinate in the structure; the
+// constants include twice that as a margin. Without FMA, planes are interpolated by the operations
+// of the vertices, which are monotone, and need no margin.
 #pragma once
 
 #include "bvh/motion/motion.h"

@@ -42,7 +42,7 @@ bool isReadableTransform(uint64_t handle) {
     }
 }
 
-// A motion key; the structs declare the two that are always there.
+// Returns a motion key; the structs declare only the first two.
 template <class Key>
 const Key* keyOf(uint64_t transform, size_t offset, uint32_t key) {
     return reinterpret_cast<const Key*>(&at<unsigned char>(transform) + offset) + key;

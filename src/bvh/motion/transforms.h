@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Motion transforms: nodes of the traversable graph in the caller's memory, with a matrix for each
-// key or with its SRT components. Their contents are the caller's responsibility; any bytes are
-// safe, but may make rays pass through the transform.
+// key or with its SRT components. The caller is responsible for their contents. All bytes are safe,
+// but with some of them rays miss the transform.
 #pragma once
 
 #include "bvh/motion/motion.h"
@@ -10,7 +10,7 @@
 
 namespace sunstone::bvh {
 
-// OptixMotionOptions. Fewer than two keys: the first one at all times.
+// OptixMotionOptions. With fewer than two keys, the first key applies at all times.
 struct MotionRange {
     uint16_t keys;
     uint16_t flags; // MotionFlag
@@ -51,22 +51,23 @@ inline bool isTransformTag(uint64_t tag) {
 // Whether all of a transform, with all its keys, can be read. Never faults.
 bool isReadableTransform(uint64_t handle);
 
-// The child of a transform that can be read: the first member of all three.
+// The child of a readable transform: the first member of all three structs.
 inline uint64_t childOf(uint64_t transform) {
     return reinterpret_cast<const StaticTransform*>(transform & ~devlib::kTagMask)->child;
 }
 
-// The motion of a motion transform that can be read.
+// The motion of a readable motion transform.
 inline const MotionRange& motionOf(uint64_t transform) {
     static_assert(offsetof(MatrixMotionTransform, motion) == offsetof(SrtMotionTransform, motion));
     return reinterpret_cast<const MatrixMotionTransform*>(transform & ~devlib::kTagMask)->motion;
 }
 
-// Object to world at a key and a fraction of the way to the next, of a motion transform. Numbers
-// are interpolated one by one; the quaternion is normalised after.
+// The object-to-world matrix of a motion transform at a place between two keys. Numbers are
+// interpolated one by one; then the quaternion is normalised.
 void transformAt(uint64_t transform, KeySegment at, float objectToWorld[12]);
 
-// World to object at a time; false if the child cannot be entered: vanished, or no inverse.
+// The world-to-object matrix at a time. False if the child cannot be entered: it has vanished, or
+// the matrix has no inverse.
 bool worldToObjectAt(uint64_t transform, float time, float worldToObject[12]);
 
 } // namespace sunstone::bvh

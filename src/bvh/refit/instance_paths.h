@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Updates of a few instances among many: the records of these instances and the boxes on their ways
-// to the root. An update of the whole structure (refit.h) takes time for every instance.
+// Updates of a few instances among many: updates the records of these instances and the boxes on
+// their paths to the root. An update of the whole structure (refit.h) takes time for every
+// instance.
 //
-// The block has no references from children to parents, so the ways are collected once after a
-// build and kept beside the block, in host memory. They stay valid until the block is built again.
+// The block has no references from children to parents, so this class collects the paths once after
+// a build, in host memory. They are valid until the block is built again.
 #pragma once
 
 #include "bvh/build/build.h"
@@ -21,13 +22,13 @@ public:
     // Error(kInvalidValue) for other blocks.
     explicit InstancePaths(const void* block);
 
-    // Brings the `changed` instances of this block up to date with `inputs`, which have as many
-    // instances as the build. The header's bounds become those of the padded boxes. Whole updates
-    // in between are allowed.
+    // Updates the `changed` instances of this block from `inputs`, which have as many instances as
+    // the build. The header's bounds become those of the padded boxes. Whole updates in between are
+    // allowed.
     void refit(void* block, const InstanceInput& inputs, std::span<const uint32_t> changed);
 
-    // What a ray costs to trace, in comparison with the tree as it was built: the surface of all
-    // boxes in relation to that of the root.
+    // The cost of a ray, relative to the tree after its build: the surface of all boxes relative to
+    // that of the root.
     double degradation() const;
 
 private:

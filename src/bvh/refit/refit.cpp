@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tree lies in memory as node, its leaves, next node, its leaves, ... (emit.h), so that a
-// subtree is scanned without following references: leaves first, with prefetches of the vertices of
-// later leaves, then the nodes backwards, children before parents.
+// In memory, each node is followed by its leaves (emit.h), so a subtree is scanned without
+// following references: first the leaves, with prefetches of the vertices of later leaves, then the
+// nodes backwards, children before parents.
 #include "bvh/refit/refit.h"
 
 #include "bvh/parallel.h"
@@ -60,7 +60,7 @@ private:
         }
     }
 
-    // A large subtree is cut into those of its inner children, which are contiguous.
+    // Splits a large subtree into the subtrees of its inner children, which are contiguous.
     Extent refitSubtree(uint64_t offset, uint64_t end) const {
         if (end - offset < kTaskBytes)
             return scanSubtree(offset, end);
@@ -139,8 +139,8 @@ private:
         return all;
     }
 
-    // Sets the boxes above inner nodes. Going backwards, the inner children of a node are the last
-    // that were finished, the first child on top.
+    // Sets the boxes above inner nodes. In backward order, the inner children of a node are the
+    // last finished nodes, the first child on top.
     LaneBox refitNodes(const Scan& scan) const {
         LaneBox done[kTaskNodes + 1];
         uint32_t numDone = 0;

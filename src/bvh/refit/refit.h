@@ -18,8 +18,8 @@ struct Sources {
     explicit Sources(const BuildInputs& inputs);
 };
 
-// The block was built with kOptionUpdate and from inputs of the same shape. Sets boxes, leaves,
-// instance records, and bounds, root and numActive of the header.
+// The block must have been built with kOptionUpdate from inputs of the same shape. Sets boxes,
+// leaves, instance records, and bounds, root and numActive of the header.
 void refit(uint8_t* block, const Sources& sources);
 
 } // namespace sunstone::bvh

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Leaves in a refit: reads the primitives of a leaf again, by the rules of TriangleReader::read for
-// active ones, and returns the leaf's bounds. Four triangles are read, checked and bounded side by
-// side.
+// active ones, and returns the leaf's bounds. Four triangles are read, checked and bounded in one
+// vector.
 #pragma once
 
 #include "bvh/refit/refit.h"
@@ -28,8 +28,8 @@ struct LaneBox {
     }
 };
 
-// Bounds and contents below a place in the tree. Boxes grow by minimum and maximum alone, so that
-// the order in which threads finish does not matter.
+// Bounds and contents below a place in the tree. Boxes are only minima and maxima, so the order in
+// which threads finish does not matter.
 struct Extent {
     LaneBox padded; // as nodes hold it
     LaneBox exact;
@@ -53,7 +53,7 @@ struct Extent {
     }
 };
 
-// The least (most) of the four lanes of x, y and z, side by side.
+// The minimum (maximum) over the four lanes of x, y and z, in one vector.
 inline __m128 leastOfLanes(__m128 x, __m128 y, __m128 z) {
     __m128 w = z;
     _MM_TRANSPOSE4_PS(x, y, z, w);
@@ -96,8 +96,8 @@ public:
         }
     }
 
-    // The data of leaves is scattered over the input buffers: the indices are prefetched well
-    // before, the vertices once the indices have arrived.
+    // The data of leaves is scattered over the input buffers, so indices are prefetched early, and
+    // vertices after the indices have arrived.
     void prefetchIndices(NodeRef ref) const {
         forLanes(ref, [](const TriangleReader& r, uint32_t i) { r.prefetchIndices(i); });
     }
@@ -141,7 +141,7 @@ private:
         return _mm_and_ps(good, _mm_shuffle_ps(_mm_castpd_ps(low), _mm_castpd_ps(high), 0x88));
     }
 
-    // In double precision differences and products of floats are exact or nearly so.
+    // Uses double precision, in which differences and products of floats are exact or nearly exact.
     template <class Half>
     static __m128d haveArea(const Lanes& t, const Half& half) {
         __m128d e[2][3];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Updates, against builds of the same input, which must give the same answers, and against the
-// block itself, which must not change where nothing moved.
+// Updates must give the hits of builds of the same input, and must not change the block if nothing
+// moved.
 #include "base/error.h"
 #include "bvh/layout.h"
 #include "bvh/refit/instance_paths.h"
@@ -34,7 +34,7 @@ void updateNow(const Structure& s, const BuildInputs& inputs, const BuildOptions
     update(inputs, options, temp.get(), usage.tempUpdate, s.memory.get(), s.size);
 }
 
-// Same answers to random rays; returns how many hit.
+// Compares the hits of random rays; returns the number of hits.
 uint32_t compareRays(const Structure& a, const Structure& b, uint32_t seed, float extent) {
     Random random(seed);
     uint32_t hits = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Round curves in acceleration structures: their bases, what a block stores of them, and bounds.
+// Round curves in acceleration structures: their bases, their data in a block, and bounds.
 //
 // A segment is a polynomial in u in [0, 1] of positions and radii, given by degree + 1 control
 // points of a basis. Its surface is what a circle of radius r(u) about C(u), orthogonal to C'(u),
@@ -10,8 +10,8 @@
 //   points   float4[degree + 1] per segment (position, radius), with motion at each key in turn
 //   records  ShapeRecord per segment
 // and leaves of pieces: parts of segments between two parameters, each bounded by a capsule (all
-// points within a radius of its chord). A piece is named by a word: segment and place (PieceWord).
-// Segments are split into pieces only to fit boxes closer.
+// points within a radius of its chord). A word with segment and place identifies a piece. Segments
+// are split into pieces only for tighter boxes.
 //
 // Read next: curves_body.h, the intersection test.
 #pragma once
@@ -42,8 +42,8 @@ SUNSTONE_INLINE uint32_t degreeOf(CurveBasis basis) {
     return basis == CurveBasis::kLinear ? 1 : basis == CurveBasis::kQuadraticBSpline ? 2 : 3;
 }
 
-// Segment and place on it in one word. Place 1 is the whole, 2 and 3 its halves, 4 to 7 its
-// quarters, 8 to 15 its eighths.
+// A word with a segment and a place on it. Place 1 is the whole segment, 2 and 3 are its halves, 4
+// to 7 its quarters, 8 to 15 its eighths.
 constexpr uint32_t kPieceBits = 4;
 constexpr uint32_t kMaxPieces = 1u << (kPieceBits - 1);
 constexpr uint32_t kMaxCurveSegments = 1u << (32 - kPieceBits);

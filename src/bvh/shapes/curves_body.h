@@ -1,26 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays against round curves, compiled once per instruction set.
 //
-// Everything happens in the space of the ray (ray_space.h). A leaf's pieces are first tested side
-// by side by their capsules: is the chord nearer to the z axis than the radius. The remaining
-// pieces:
+// All computations are in the space of the ray (ray_space.h). First, the capsules of a leaf's
+// pieces are tested together: the ray meets a capsule if its chord is nearer to the z axis than its
+// radius. The remaining pieces:
 //
 // Linear segments (same pass): the union of a truncated cone and two spheres. Each of the three is
-// convex and covers an interval of the ray; a hit is where an interval begins outside of the
-// others. So rays that start inside see no surface from within.
+// convex and covers an interval of the ray; a hit is the start of an interval outside the other
+// two. Rays that start inside therefore hit no surface from within.
 //
-// Other bases, one piece at a time: eight lanes (N side by side; on GPUs one after the other) start
-// in the middle of the piece's eighths and iterate. About C(u), the surface is nearly the cone with
+// Other bases, one piece at a time: eight lanes (N at a time; on GPUs one after the other) start in
+// the middle of the piece's eighths and iterate. About C(u), the surface is nearly the cone with
 // axis C'(u) and radius r(u) + r'(u) du; the ray enters it at a distance found by a quadratic
-// equation, and how far that point is from the plane orthogonal to the curve at u gives the next u:
+// equation, and the distance of that point from the plane orthogonal to the curve at u gives the
+// next u:
 //     du = q.C' / (C'.C' - q.C''),   q = hit - C(u)   (C'' here without its part along C')
 // The denominator has the curvature, so that convergence is fast while the radius of curvature
 // exceeds r. (The idea of cones along the curve is from Reshetov and Luebke, "Phantom Ray-Hair
-// Intersector", 2018.) Distances count from C(u), so that nothing large cancels. A lane's answer
-// counts where the iteration has settled within its eighth. Pieces that turn much within an eighth,
-// or more tightly than their radius, are cut further and searched more carefully (settleBent).
+// Intersector", 2018.) Distances are relative to C(u), so that no large terms cancel. A lane's
+// result counts if the iteration has converged within its eighth. Pieces whose direction changes
+// much within an eighth, or whose radius of curvature is below their radius, are cut further and
+// searched more carefully (settleBent).
 //
-// Only surfaces that the ray enters are hit: curves are hollow and not seen from within.
+// Only surfaces that the ray enters are hit: curves are hollow and invisible from within.
 #pragma once
 
 #include "bvh/shapes/curves.h"
@@ -31,7 +33,7 @@ namespace sunstone::bvh::SUNSTONE_ISA {
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wpsabi"
 
-// Parameters of hits on the side are strictly within 0 and 1: the ends mean caps.
+// Parameters of hits on the side are strictly between 0 and 1, because 0 and 1 stand for caps.
 constexpr float kFirstU = 0x1p-24f, kLastU = 1 - 0x1p-24f;
 
 SUNSTONE_INLINE float insideU(float u) {
@@ -90,7 +92,7 @@ struct CurveCandidate {
     float t, u;
 };
 
-// Where in its part of the segment each lane has settled.
+// For each lane, the parameter in its part of the segment at which it has converged.
 template <unsigned N>
 struct SettledLanes {
     Lanes<N> t, u;
@@ -106,8 +108,8 @@ SUNSTONE_INLINE Lanes<N> eighths(uint32_t first) {
         return all<V1>(float(first));
 }
 
-// Where the ray enters the cones about C(u): at the distance q behind the depth of C(u), by m in
-// front of the plane at u, in units of |C'|.
+// The points where the ray enters the cones around C(u): at the distance q behind the depth of
+// C(u), and by m in front of the plane at u, in units of |C'|.
 template <unsigned N>
 struct ConeEntries {
     Lanes<N> q, m, speed, bend, radius, discriminant;
@@ -133,7 +135,7 @@ SUNSTONE_INLINE ConeEntries<N> enterCones(const CurveLanes<N>& curve, Lanes<N> u
     const V root = rootOf(mostOf(e.discriminant, V{}));
     e.q = b > 0 ? (-b - root) / a : c / (root - b);
     e.m = fused(e.q, dz, along);
-    // q.C'' without the part along the curve, which is about the parameter's speed alone.
+    // q.C'' without the part along the curve, which affects only the parameter's speed.
     const V ddx = curve.second(0, u), ddy = curve.second(1, u), ddz = curve.second(2, u);
     const V hurry = fused(dx, ddx, fused(dy, ddy, dz * ddz)) * inverse;
     e.bend = fused(e.q, ddz, -fused(x, ddx, fused(y, ddy, e.m * hurry)));
@@ -141,7 +143,7 @@ SUNSTONE_INLINE ConeEntries<N> enterCones(const CurveLanes<N>& curve, Lanes<N> u
     return e;
 }
 
-// Which lanes have settled: one more step of du would hardly change them.
+// The converged lanes: one more step of du would hardly change them.
 template <unsigned N>
 SUNSTONE_INLINE SettledLanes<N> settledLanes(const CurveLanes<N>& curve, const RaySpace& s,
                                              const ConeEntries<N>& e, Lanes<N> u, Lanes<N> du,
@@ -175,10 +177,11 @@ SUNSTONE_INLINE SettledLanes<N> settle(const CurveLanes<N>& curve, const RaySpac
     }
 }
 
-// The same where the curve may turn more tightly than its radius. There m may rise as well as fall,
-// and the entry of a grazing ray moves faster than the steps predict. So each lane evaluates both
-// ends of its part first. Once m has had both signs, a lane keeps the last place of each, and stays
-// between them: every other step goes to the zero of a straight line through the two.
+// As settle(), for curves whose radius of curvature may be below their radius. There m may rise as
+// well as fall, and the entry of a grazing ray moves faster than the steps predict. Each lane
+// therefore evaluates both ends of its part first. After m has had both signs, a lane keeps the
+// last place of each sign and stays between them: every other step goes to the zero of the straight
+// line through the two.
 constexpr int kBentSteps = 12;
 template <unsigned N>
 [[gnu::noinline]] static SettledLanes<N> settleBent(const CurveLanes<N>& curve, const RaySpace& s,
@@ -204,7 +207,7 @@ template <unsigned N>
         if (step == kBentSteps) {
             const V most = all<V>(0.05f * h), last = leastOf(mostOf(du, -most), most);
             SettledLanes<N> lanes = settledLanes<N>(curve, s, e, u, last, middle, h, tmax);
-            // Where m jumps there is a change of sign, but no hit.
+            // A jump of m changes its sign, but is no hit.
             const V near = 1e-3f * e.radius;
             lanes.mask &= bitsOfMask(e.m * e.m <= near * near * e.speed);
             return lanes;
@@ -219,9 +222,9 @@ template <unsigned N>
     }
 }
 
-// The eighths that turn so much that they must be cut: by more than 14 degrees. The direction turns
-// no more than the derivative's Bernstein coefficients do from one to the next, each by 7 degrees
-// here.
+// The eighths that must be cut because their direction changes by more than 14 degrees. The
+// direction changes by at most the sum of the angles between consecutive Bernstein coefficients of
+// the derivative, which are 7 degrees each here.
 template <unsigned N>
 SUNSTONE_INLINE Mask turnsMuch(const CurveLanes<N>& curve, Lanes<N> u0, Lanes<N> u1, float h) {
     using V = Lanes<N>;
@@ -242,9 +245,9 @@ SUNSTONE_INLINE Mask turnsMuch(const CurveLanes<N>& curve, Lanes<N> u0, Lanes<N>
     return bitsOfMask(turns(0) | turns(1));
 }
 
-// The eighths that the ray may meet, those that must be cut because they turn much, and those that
-// need more than settle(), because the radius is not small against that of the curvature or the
-// parameter's speed changes much.
+// The eighths that the ray may meet, those that must be cut because their direction changes much,
+// and those that need more than settle(), because the radius is not small compared with the radius
+// of curvature or the parameter's speed changes much.
 struct EighthTest {
     Mask meets, bent, tight;
 };
@@ -257,7 +260,7 @@ SUNSTONE_INLINE EighthTest testLanes(const CurveLanes<N>& curve, const RaySpace&
     const V ax = curve.value(0, u0), ay = curve.value(1, u0), az = curve.value(2, u0);
     const V vx = curve.value(0, u1) - ax, vy = curve.value(1, u1) - ay,
              vz = curve.value(2, u1) - az;
-    // How far the curve and its radius may be from linear.
+    // Bounds of the deviation of the curve and its radius from linear.
     V off = {}, offR = {};
     const V ends[2] = {u0, u1};
     auto tight = u0 > u1;
@@ -283,8 +286,9 @@ SUNSTONE_INLINE EighthTest testLanes(const CurveLanes<N>& curve, const RaySpace&
     return {bitsOfMask(meets), turnsMuch<N>(curve, u0, u1, h), bitsOfMask(tight)};
 }
 
-// Circles about the middles of the eighths, seen along the ray. Each encloses its eighth. For one
-// lane they are a first look before testLanes(), which needs five times as many operations.
+// Circles around the centres of the eighths, in projection along the ray. Each circle encloses its
+// eighth. For one lane they are a first test before testLanes(), which needs five times as many
+// operations.
 struct EighthCircles {
     float reach; // of the curve and of its radius' change from the middle
 
@@ -307,7 +311,7 @@ struct EighthCircles {
         reach =
             (rootOf(all<V1>(most))[0] + mostR) * (length / 16) * (1 + 0x1p-16f) + 0x1p-18f * depth;
     }
-    // Whether the ray meets the circle about the curve at u.
+    // Whether the ray meets the circle around the curve at u.
     SUNSTONE_INLINE_MEMBER bool meets(const CurveLanes<1>& curve, float u) const {
         const V1 at = all<V1>(u), x = curve.value(0, at), y = curve.value(1, at);
         const float r = magnitude(curve.value(3, at))[0] + reach;
@@ -360,7 +364,7 @@ SUNSTONE_INLINE bool takeNearest(const SettledLanes<N>& lanes, CurveCandidate& b
     return found;
 }
 
-// Where these eighths settle: all side by side, or one after the other.
+// Runs the iteration for these eighths: all together, or one after the other.
 template <unsigned N, class Settle>
 SUNSTONE_INLINE bool settleEighths(Mask where, CurveCandidate& best, const Settle& settled) {
     bool found = false;
@@ -382,7 +386,8 @@ SUNSTONE_INLINE bool settleStraight(const CurveLanes<N>& curve, const RaySpace& 
     });
 }
 
-// Levels of cutting in eighths: with the pieces' own, more than curves with cusps need.
+// Levels of cutting into eighths. Together with the splits into pieces, these suffice for curves
+// with cusps.
 constexpr int kBentLevels = 3;
 
 // Cuts bent pieces; at the last level takes them as they are.
@@ -424,7 +429,7 @@ template <unsigned N>
 SUNSTONE_INLINE bool intersectCap(const CurveLanes<N>& curve, const RaySpace& s, float u,
                                   CurveCandidate& best) {
     const V4 p = curve.value(u), d = curve.direction(u);
-    // Seen from outside: against the curve's direction at its begin, along it at its end.
+    // The outside of a disc is against the curve's direction at its beginning, along it at its end.
     if (!(u > 0 ? d[2] < 0 : d[2] > 0) || !(p[3] > 0))
         return false;
     const float q = (p[0] * d[0] + p[1] * d[1]) / d[2];
@@ -445,7 +450,7 @@ SUNSTONE_INLINE bool intersectPiece(const RaySpace& s, const float* points, Curv
     if (__builtin_expect(flags & kCurveBent, 0)) {
         found = intersectBent<N>(curve, s, range.begin, range.length, best);
     } else {
-        // One after the other, it pays to skip parts that the ray cannot meet.
+        // If eighths run one after the other, skipping parts that the ray cannot meet saves time.
         Mask where = 0xFF;
         if constexpr (N < 8)
             where = testEighths<N>(curve, s, range.begin, range.length, best.t).meets;
@@ -524,7 +529,7 @@ SUNSTONE_INLINE Mask testCones(const float* rows, const RaySpace& s, float tmax,
     const auto beside = across & ((level < 0.0f) | (level > speed));
     const V slabIn = across ? (beside ? far : -far) : leastOf(toBegin, toEnd);
     const V slabOut = across ? (beside ? -far : far) : mostOf(toBegin, toEnd);
-    // Where the ray is steeper than the cone it is within from one root on, or up to one.
+    // If the ray is steeper than the cone, it is inside from one root on, or up to one root.
     const auto steep = ca <= 0.0f, growing = dz * dr > 0.0f;
     const auto none = discriminant < 0.0f;
     // A cylinder along the ray has no roots: the whole ray is inside, or none of it.
@@ -536,7 +541,7 @@ SUNSTONE_INLINE Mask testCones(const float* rows, const RaySpace& s, float tmax,
     const V inC = meetsC ? z + mostOf(first, slabIn) : far,
             outC = meetsC ? z + leastOf(last, slabOut) : -far;
     const auto side = meetsC & (first >= slabIn);
-    // Entries that are not within another part.
+    // Entries that are outside the other parts.
     const V zmin = all<V>(s.tmin * s.length);
     const auto within = [](V at, V in, V out) { return (in < at) & (at < out); };
     const auto goodA = meetsA & (inA >= zmin) & ~within(inA, inB, outB) & ~within(inA, inC, outC);

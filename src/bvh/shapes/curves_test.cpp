@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Round curves: the kernels of all instruction sets against the judge of testing/curves.h, on random,
-// bent and degenerate segments and rays from everywhere.
+// Round curves: the kernels of all instruction sets against the reference of testing/curves.h, with
+// random, bent and degenerate segments and rays from all directions.
 #include "bvh/layout.h"
 #include "bvh/shapes/shape_geometry.h"
 #include "bvh/testing/curves.h"
@@ -97,8 +97,8 @@ struct Tally {
     int rays = 0, clear = 0, hits = 0, wrong = 0;
 };
 
-// Counts rays on which the judge is sure with either tolerance, and those on which the kernel
-// disagrees.
+// Counts the rays for which the judge gives one result with both tolerances, and those for which
+// the kernel disagrees.
 void compare(const Segment& s, const CurveJudge& judge, const void* block, Isa isa,
              const ShapeRay& ray, double tolerance, Tally& tally) {
     ++tally.rays;
@@ -126,7 +126,7 @@ void compare(const Segment& s, const CurveJudge& judge, const void* block, Isa i
     bool good = found == judged[1].has_value() && any == found;
     if (good && found)
         good = std::fabs(hit.t - judged[1]->t) * scale <= tolerance && hit.u >= 0 && hit.u <= 1;
-    // The parameter is that of the point, but on the spheres of linear segments.
+    // The parameter belongs to the point, except on the spheres of linear segments.
     if (good && found && !(s.basis == CurveBasis::kLinear && (hit.u == 0 || hit.u == 1)))
         good = length(evaluate(s, hit.u).position - evaluate(s, judged[1]->u).position) <=
                6 * tolerance;
@@ -142,7 +142,7 @@ void compare(const Segment& s, const CurveJudge& judge, const void* block, Isa i
     }
 }
 
-// Segments whose control points wander by about `step`, with random widths.
+// A segment whose control points are a random walk with steps of about `step`, with random widths.
 Segment wandering(Random& random, float step, float thin, float thick) {
     Segment s{};
     Vec3 p = random.point(0.5f), d = random.unit() * step;
@@ -308,7 +308,7 @@ TEST(Curves, AwkwardSegments) {
         }
 }
 
-// The test that is skipped where bounds of the derivatives decide, at all sizes.
+// At all sizes, bounds of the derivatives may decide only if turnsMuch() is false.
 TEST(Curves, SurelyStraightPiecesTurnLittle) {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> unit(-1, 1);

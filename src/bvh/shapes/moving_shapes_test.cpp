@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves and spheres with motion keys. The judge: a structure without motion of the points at that
-// time.
+// Curves and spheres with motion keys. The reference is a structure without motion of the points at
+// that time.
 #include "base/error.h"
 #include "bvh/testing/moving_shapes.h"
 
@@ -25,7 +25,7 @@ std::set<uint32_t> offered(const void* block, Isa isa, const ShapeRay& ray) {
     return seen;
 }
 
-// Rays may differ where they touch a surface: moving curves are always cut as finely as possible.
+// Rays that touch a surface may differ, because moving curves are always cut as finely as possible.
 struct Tally {
     uint32_t rays = 0, hits = 0, wrong = 0;
 };

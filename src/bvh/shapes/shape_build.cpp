@@ -114,7 +114,7 @@ public:
         return makeRef(offset, count <= 4 ? kLeaf : kWideLeaf);
     }
 
-    // Computes all rows but the first from the pieces that it names.
+    // Computes the other rows from the pieces in row 0.
     void fill(uint8_t* leaf, uint32_t lanes) const {
         const auto* const words = reinterpret_cast<const uint32_t*>(leaf);
         float* rows = reinterpret_cast<float*>(leaf) + lanes;
@@ -224,7 +224,7 @@ private:
     bool rewriteLeaves_;
 };
 
-// Which pieces a segment is split into, and whether some of them bend.
+// Chooses the pieces of a segment, and determines whether some of them bend.
 class Splitter {
 public:
     Splitter(const ShapeStore& store, uint32_t limit, bool always)
@@ -257,7 +257,7 @@ private:
     bool always_;
 };
 
-// Sets kCurveBent for structures that may be updated, where pieces are the same for all.
+// Sets kCurveBent for structures that may be updated, in which all segments have the same pieces.
 void markBends(const ShapeStore& store, uint32_t count, uint32_t limit) {
     const Splitter splitter(store, limit, true);
     auto body = [&](size_t begin, size_t end, size_t) {
@@ -272,7 +272,7 @@ void markBends(const ShapeStore& store, uint32_t count, uint32_t limit) {
 }
 
 // Bounds at each key and over all, and the number of active primitives. Blocks of primitives are
-// measured side by side.
+// measured in parallel.
 class Measure {
 public:
     Measure(uint32_t numPrimitives, uint32_t keys)
@@ -355,7 +355,7 @@ public:
         const uint32_t count = makeReferences(store);
         if (count > 0)
             makeTree(store, count);
-        header_.magic = kBlockMagic; // last: a block is one only when it is complete
+        header_.magic = kBlockMagic; // last: an incomplete block is not valid
     }
 
 private:
@@ -400,8 +400,8 @@ private:
         header_.numSbtRecords = firstSbt;
     }
 
-    // References to the pieces of active primitives, or of all if updates are allowed; those of
-    // inactive ones then have a box of no meaning, which Fit replaces.
+    // Makes references to the pieces of active primitives, or of all primitives if updates are
+    // allowed. The boxes of inactive primitives are then meaningless until Fit replaces them.
     uint32_t makeReferences(const ShapeStore& store) {
         const Splitter splitter(store, plan_.pieces, options_.allowUpdate);
         const uint32_t count = plan_.numPrimitives;
@@ -433,7 +433,7 @@ private:
         return isCurveBasis(plan_.shape) ? pieceWord(number, place) : number;
     }
 
-    // References to the pieces of an active primitive; returns their end.
+    // Writes references to the pieces of an active primitive; returns their end.
     PrimitiveRef* referTo(const ShapeStore& store, uint32_t number, const Splitter& splitter,
                           Measure& found, size_t block, PrimitiveRef* to) const {
         const ShapePoints at(store.shape, store.pointsOf(number, 0));
@@ -503,7 +503,7 @@ private:
     Tree tree_;
 };
 
-// Whether the inputs of an update are those of the build but for buffers.
+// Throws if the inputs of an update differ from those of the build in more than their buffers.
 void checkSameInputs(const BuildInputs& inputs, const BlockHeader& header) {
     const auto* records = reinterpret_cast<const InputRecord*>(
         reinterpret_cast<const uint8_t*>(&header) + header.inputsOffset);

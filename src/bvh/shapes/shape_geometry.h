@@ -10,7 +10,7 @@
 #pragma clang force_cuda_host_device begin
 #endif
 
-// No Vec4 crosses the border of an object file.
+// The ABI of Vec4 does not matter, because no Vec4 crosses the border of an object file.
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wpsabi"
 
@@ -111,13 +111,13 @@ private:
     Vec4 a_[4];
 };
 
-// To float, towards minus infinity; of a number whose neighbours among the floats are finite.
+// Rounds to float towards minus infinity. The neighbouring floats must be finite.
 SUNSTONE_SHAPES float roundedDown(double a) {
     const float f = float(a);
     const uint32_t bits = __builtin_bit_cast(uint32_t, f), step = f > a;
     if (f == 0)
         return step ? -0x1p-149f : f;
-    // Without a branch, which half of all numbers would take.
+    // Branchless, because half of all numbers would take the branch.
     return __builtin_bit_cast(float, bits + ((bits >> 31) * 2 - 1) * step);
 }
 SUNSTONE_SHAPES float roundedUp(double a) {
@@ -135,7 +135,7 @@ struct Extent {
     }
 };
 
-// Radii below zero count as zero where the shape is a sphere or between spheres.
+// Radii below zero count as zero for spheres and linear segments.
 SUNSTONE_SHAPES double endRadius(const Vec4& p) {
     return greater(p[3], 0.0);
 }
@@ -150,9 +150,9 @@ SUNSTONE_SHAPES double fromChord(const Vec4& p, const Vec4& a, const Vec4& b) {
 
 } // namespace shape_math
 
-// One primitive's points at one motion key: degree + 1 control points of a curve's segment, or a
-// sphere; positions and radii. A piece of a curve is named by its word (curves.h), a sphere by its
-// number.
+// One primitive's points at one motion key: positions and radii of a sphere, or of degree + 1
+// control points of a curve's segment. The word of a piece (curves.h) identifies a piece of a
+// curve, its number a sphere.
 class ShapePoints {
 public:
     ShapePoints(uint32_t kind, const float* values) : shape(kind), points(values), whole_{} {
@@ -201,7 +201,7 @@ SUNSTONE_SHAPES void shapeBox(const ShapePoints& at, uint32_t word, float lower[
     } else {
         const CurveBasis basis = CurveBasis(at.shape);
         const PieceRange range = rangeOf(word);
-        // Two hulls are closer than one.
+        // Two hulls are tighter than one.
         const bool isLinear = basis == CurveBasis::kLinear;
         const int parts = isLinear ? 1 : 2;
         for (int part = 0; part < parts; ++part) {
@@ -253,13 +253,13 @@ SUNSTONE_SHAPES void shapeLane(uint32_t shape, const float* points, uint32_t wor
             shift = greater(shift, magnitude(exact - float(exact)));
             largest = greater(largest, magnitude(exact));
         }
-    // Interpolation rounds chords and control points by a few units in the last place.
+    // Covers the rounding of interpolated chords and control points, a few units in the last place.
     rows[6] = roundedUp(radius + 2 * shift + (moving ? 0x1p-20 * largest : 0));
 }
 
-// Whether bounds of the derivatives show that turnsMuch is false, at a fraction of its cost. `away`
-// is a lower bound of the speed along the chord, times the chord's length; `most` the largest
-// second derivative, squared.
+// Whether bounds of the derivatives prove that turnsMuch() is false, at a fraction of its cost.
+// `away` is a lower bound of the speed along the chord, times the chord's length; `most` the
+// largest second derivative, squared.
 SUNSTONE_SHAPES bool isSurelyStraight(const shape_math::Cubic& piece) {
     using namespace shape_math;
     Vec4 b[4], d[3];
@@ -284,7 +284,8 @@ SUNSTONE_SHAPES bool isSurelyStraight(const shape_math::Cubic& piece) {
            kMargin * most * radius * radius <= 0.0625 * slowest * slowest;
 }
 
-// Whether a piece turns much within an eighth of it, or is thick for its curvature.
+// Whether the direction of a piece changes much within an eighth of it, or the piece is thick
+// relative to its curvature.
 SUNSTONE_SHAPES bool turnsMuch(const shape_math::Cubic& piece) {
     using namespace shape_math;
     constexpr double kStep = 1.0 / 16;
@@ -293,8 +294,8 @@ SUNSTONE_SHAPES bool turnsMuch(const shape_math::Cubic& piece) {
         const Vec4 d = piece.first(u), dd = piece.second(u);
         const double speed = dot(d, d), along = dot(d, dd);
         const double bend = __builtin_sqrt(greater(dot(dd, dd) * speed - along * along, 0.0));
-        // The turn over an eighth, the ratio of radius and radius of curvature, and how the
-        // parameter's speed changes over half an eighth.
+        // The change of direction over an eighth, the ratio of radius to radius of curvature, and
+        // the change of the parameter's speed over half an eighth.
         if (!(bend * 2 * kStep <= 0.25 * speed) ||
             !(bend * magnitude(piece.at(u)[3]) <= 0.25 * speed * __builtin_sqrt(speed)) ||
             !(magnitude(along) * kStep <= 0.5 * speed))
@@ -333,8 +334,9 @@ SUNSTONE_SHAPES float areaOfPieces(const PieceBoxes& boxes, uint32_t pieces) {
     return area;
 }
 
-// Into how many pieces to split a curve's segment: a power of two up to the limit. `boxes` has the
-// box of the whole and receives those of the pieces. Thin things across the axes gain most.
+// The number of pieces into which to split a curve's segment: a power of two up to the limit.
+// `boxes` has the box of the whole segment and receives those of the pieces. Thin segments oblique
+// to the axes gain most.
 SUNSTONE_SHAPES uint32_t worthwhilePieces(const ShapePoints& at, uint32_t limit,
                                           PieceBoxes& boxes) {
     uint32_t count = 1;

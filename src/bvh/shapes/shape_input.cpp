@@ -38,7 +38,7 @@ public:
         : input_(input), degree_(degreeOf(CurveBasis(input.basis))),
           indexStride_(input.indexStride ? input.indexStride : 4) {}
 
-    // Control points at a key; NaN where there are none.
+    // Reads control points at a key; NaN if an index is invalid.
     bool read(uint32_t segment, uint32_t key, float* points) const {
         const FloatReader vertices(input_.vertices, input_.keyVertices, key,
                                    input_.vertexStride ? input_.vertexStride : 12);
@@ -57,7 +57,7 @@ public:
         return true;
     }
 
-    // A strand continues where the next segment begins one vertex later.
+    // A strand continues if the next segment begins one vertex later.
     uint32_t capFlags(uint32_t segment) const {
         uint32_t here, other;
         if (!input_.caps || !index(segment, here))

@@ -22,14 +22,14 @@ const SbtInput& shapeSbt(const BuildInputs& inputs, uint32_t input);
 // Throws Error(kInvalidValue) unless all inputs are of one type of shapes.
 void requireOneShape(const BuildInputs& inputs);
 
-// Pieces that a segment may be split into.
+// The most pieces of a segment.
 uint32_t maxPieces(uint32_t shape, const BuildOptions& options);
 
-// Formats of a curve or sphere input, as an update must find them again.
+// The formats of a curve or sphere input, which must be equal in an update.
 InputRecord shapeInputRecord(const BuildInputs& inputs, uint32_t i, uint32_t firstSbt,
                              uint32_t firstPrimitive);
 
-// The arrays of a block, and where a primitive's points are.
+// The arrays of a block, and the places of a primitive's points.
 struct ShapeStore {
     uint32_t shape, keys;
     float* points;
@@ -39,7 +39,7 @@ struct ShapeStore {
     const float* pointsOf(uint32_t number, uint32_t key) const;
     bool active(uint32_t number) const { return !(records[number].flags & kShapeInactive); }
 
-    // Fills the arrays from the inputs; only the bit kCurveBent of the flags is left out.
+    // Fills the arrays from the inputs, except the flag kCurveBent.
     void read(const BuildInputs& inputs) const;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ray queries on structures of curves and spheres: primitives whose intersection test is built in,
-// but no triangles. The OptiX run-time calls these kernels where a ray enters such a structure;
+// but no triangles. The OptiX run-time calls these kernels when a ray enters such a structure;
 // tests and benchmarks use them directly. Compiled once per instruction set.
 #pragma once
 

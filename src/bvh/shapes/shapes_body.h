@@ -36,7 +36,7 @@ struct ShapeArrays {
     }
 };
 
-// Keeps the nearest hit, of equal ones that of the lowest primitive; or with kAny the first that is
+// Keeps the nearest hit, among equal hits that of the lowest primitive; with kAny the first hit
 // found.
 template <bool kAny>
 struct KeepHit {
@@ -60,7 +60,7 @@ struct KeepHit {
     }
 };
 
-// Shows hits to a filter.
+// Passes hits to a filter.
 struct FilterHit {
     static constexpr bool kOrdered = true;
     float tmax;
@@ -144,7 +144,7 @@ struct ConeVisitor {
         for (; m; m &= m - 1) {
             const unsigned i = lowestBit(m);
             const PieceRange range = rangeOf(words[i]);
-            // A hit belongs to the piece that it is on.
+            // A hit counts only for the piece that contains it.
             if (t[i] > tmax || u[i] < range.begin ||
                 (u[i] >= range.begin + range.length && range.begin + range.length < 1))
                 continue;
@@ -268,7 +268,7 @@ private:
         }
         return this->template test<N>(words, rows);
     }
-    // NaN where no surface can be hit.
+    // NaN if no surface can be hit.
     SUNSTONE_INLINE_MEMBER void lanePoints(uint32_t word, float* points) const {
         const uint32_t number = kFloats == 4 ? word : segmentOf(word);
         if (word == kNoPiece || (this->arrays.records[number].flags & kShapeInactive)) {

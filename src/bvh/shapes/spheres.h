@@ -6,8 +6,8 @@
 // lane), rows 1 to 4 centre and radius (NaN where the sphere is inactive or the lane unused). With
 // motion, rows 1 to 4 follow for each later key.
 //
-// A sphere is hit where a ray enters it, which is its front, or leaves it, if the ray starts
-// within.
+// A hit is where the ray enters the sphere, at its front, or where it leaves the sphere if the ray
+// starts inside.
 #pragma once
 
 #include "base/inline.h"

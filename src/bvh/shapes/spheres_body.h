@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against spheres, four or eight side by side, in the space of the ray. Compiled once per
+// Rays against spheres, four or eight at a time, in the space of the ray. Compiled once per
 // instruction set.
 #pragma once
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests: a judge of rays against round curves in double precision, straight from the definition
-// of the surface: all circles of radius r(u) about C(u), orthogonal to C'(u). A ray meets the plane
-// of the circle at u in one point, and that point's distance from C(u), less r(u), is a function of
-// u whose zeros are the hits. The judge scans it finely and finds each zero by bisection,
-// independently of the kernels' method.
+// For tests: a reference for rays against round curves in double precision, directly by the
+// definition of the surface: all circles of radius r(u) about C(u), orthogonal to C'(u). A ray
+// meets the plane of the circle at u in one point, and that point's distance from C(u), less r(u),
+// is a function of u whose zeros are the hits. The judge scans it finely and finds each zero by
+// bisection, independently of the kernels' method.
 #pragma once
 
 #include "bvh/shapes/curves.h"
@@ -75,7 +75,7 @@ inline CurvePoint evaluate(const Segment& s, double u) {
     return p;
 }
 
-// Their change with u: differences that are exact for polynomials up to the fourth degree.
+// The derivative by u, from differences that are exact for polynomials up to the fourth degree.
 inline CurvePoint derivative(const Segment& s, double u) {
     constexpr double h = 0.125;
     const CurvePoint near = evaluate(s, u + h) - evaluate(s, u - h);
@@ -87,7 +87,7 @@ struct JudgedHit {
     double t, u;
 };
 
-// Tolerances of the judge: radii scaled, ends moved inwards, where it is unsure.
+// Tolerances of the judge: a scale of radii, and a distance by which ends move inwards.
 struct Lean {
     double radius = 1;
     double ends = 0;
@@ -138,10 +138,10 @@ private:
     // The distance that a tolerance may search beyond the ends, and the least number of steps.
     static constexpr double kBeyond = 2e-3;
     static constexpr int kScan = 512;
-    // Steps turn less than this, or are as short as this.
+    // The most rotation of a step, and the length below which a step is not divided.
     static constexpr double kTurn = 0.02, kShortest = 1e-9;
-    // Where a straight line turns back, the only turn is that of rounded control points: parts
-    // slower than this, compared with the fastest, are skipped.
+    // At the turning point of a straight line, only rounding changes the direction. Parts slower
+    // than this, relative to the fastest part, are skipped.
     static constexpr double kStill = 1e-5;
 
     struct Place {
@@ -169,8 +169,8 @@ private:
             best_ = {t, u};
     }
 
-    // By how much the square of the distance from C(u) exceeds that of the radius, where the ray
-    // meets the plane at u; times the square of a cosine, so that it is finite.
+    // The excess of the squared distance from C(u) over the squared radius where the ray meets the
+    // plane at u, times the square of a cosine, so that it is finite.
     double excess(const Place& p) const {
         const Vec3d w = p.at.position - org_, c = p.change.position;
         const double wc = dot(w, c), dc = dot(dir_, c), size = dot(c, c);
@@ -206,8 +206,8 @@ private:
         }
     }
 
-    // Counts where the ray enters the cone about the circle. Next to a cusp the function may change
-    // its sign without a zero.
+    // Counts a hit if the ray enters the cone around the circle. Next to a cusp the function may
+    // change its sign without a zero.
     void hit(double u) const {
         const Place p = placeAt(u);
         const Vec3d c = p.change.position;

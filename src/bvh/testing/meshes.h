@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests: meshes, random numbers, a buffer pair for builds, and a judge of hits in double
+// For tests: meshes, random numbers, a buffer pair for builds, and a reference for hits in double
 // precision that tests every triangle.
 #pragma once
 
@@ -104,7 +104,7 @@ inline Mesh soup(uint32_t count, float size, uint32_t seed) {
     return m;
 }
 
-// Long thin triangles, whose references fast-trace builds split.
+// Long thin triangles, whose references builds with PREFER_FAST_TRACE split.
 inline Mesh needles(uint32_t count, uint32_t seed) {
     Random random(seed);
     Mesh m;

@@ -14,7 +14,7 @@ const char* isaName(Isa isa);
 // Whether this processor (and its operating system) runs the set.
 bool isaSupported(Isa isa);
 
-// The best supported set that SUNSTONE_ISA allows. An unknown word there is logged and ignored.
+// The best supported set that SUNSTONE_ISA allows. An unknown value is logged and ignored.
 Isa chosenIsa();
 
 struct QueryRay {
@@ -38,7 +38,7 @@ struct Kernels {
     bool (*occluded)(const void* block, const QueryRay& ray);
     // Whether the ray meets the front (or the back) of some triangle.
     bool (*meetsSide)(const void* block, const QueryRay& ray, bool front);
-    // The first two for triangles with motion keys; any other block counts as empty.
+    // closest and any for triangles with motion keys; any other block counts as empty.
     bool (*closestAt)(const void* block, const QueryRay& ray, float time, QueryHit& hit);
     bool (*occludedAt)(const void* block, const QueryRay& ray, float time);
 };

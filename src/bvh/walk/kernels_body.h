@@ -57,7 +57,7 @@ static bool meetsSide(const void* block, const QueryRay& ray, bool front) {
     return visitor.found;
 }
 
-// Whether the structure can be hit at the time; then the keys of that time.
+// Whether the structure can be hit at the time; if so, computes the keys of that time.
 SUNSTONE_INLINE bool prepareAt(const void* block, const QueryRay& ray, float time, RaySetup& setup,
                                KeySegment& at) {
     if (!prepare(block, ray, setup, withMotion(BlockType::kTriangles)))

@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that traversal computes once per ray (and per space it enters). Included through
-// traverse.h.
+// Values that traversal computes once per ray and per entered space. Included through traverse.h.
 //
 // Box test. The primitive test (walk/ray_triangle.h) works on vertices rounded relative to the ray
 // origin: it accepts a ray as if each vertex v were displaced by up to 5 * 2^-24 * |v - origin|.
 // Culling must never lose such a hit, so boxes are tested with a ray that widens with distance, a
-// cone of slope w = 2^-21 * max|direction|: the near planes are reached with speed |d| + w, the far
-// planes with |d| - w. (The part of the displacement due to the triangle's own size is in the
-// padding of its box.) With r = 1 / speed both planes are one multiply-add, plane * r - origin * r;
-// the rounding of origin * r is at most 2^-24 |origin * r| and moves into the constants, to the
-// safe side. Margins thus cost nothing per node.
+// cone of slope w = 2^-21 * max|direction|: its speed is |d| + w to the near planes and |d| - w to
+// the far planes. (The part of the displacement due to the triangle's own size is in the padding of
+// its box.) With r = 1 / speed both planes are one multiply-add, plane * r - origin * r; the
+// rounding of origin * r is at most 2^-24 |origin * r| and moves into the constants, to the safe
+// side. Margins thus cost nothing per node.
 //
-// Where |d| of an axis is within 8 w of zero, the ray stays between the planes for all its length
-// or never is: r becomes huge, and the planes move by how far the ray may drift on its way through
-// the structure.
+// If |d| of an axis is within 8 w of zero, the ray is between the planes for all its length or
+// never: r becomes huge, and the planes move by the distance that the ray may drift on its path
+// through the structure.
 //
-// Where origin * r overflows, or |d| is so large that r is subnormal, the axis does not tell what
-// the ray meets. The constants then are larger than all distances, so the axis culls no box but
-// that of unused children. Infinite constants would not cull that box: infinity minus infinity is
-// NaN, which testNode() ignores.
+// If origin * r overflows, or |d| is so large that r is subnormal, the axis cannot cull. The
+// constants are then larger than all distances, so the axis culls only the box of unused children.
+// Infinite constants would not cull that box: infinity minus infinity is NaN, which testNode()
+// ignores.
 //
 // Triangle test: the shear of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection"
 // (JCGT 2013): axes permuted so that z is the longest of the direction, winding kept.
@@ -45,7 +44,8 @@ struct RaySetup {
 
 // False for rays that cannot hit: NaN, infinity or a zero direction.
 SUNSTONE_INLINE bool isRay(const float org[3], const float dir[3], float tmin, float tmax) {
-    // The sum of the magnitudes is finite only if all are (or their sum overflows: no use either).
+    // The sum of the magnitudes is finite only if all are finite. Rays whose sum overflows are
+    // useless, too.
     const float sum = absolute(org[0]) + absolute(org[1]) + absolute(org[2]) + absolute(dir[0]) +
                       absolute(dir[1]) + absolute(dir[2]) + absolute(tmin);
     const float longest = larger(larger(absolute(dir[0]), absolute(dir[1])), absolute(dir[2]));
@@ -83,8 +83,8 @@ SUNSTONE_INLINE void setupStillAxis(RaySetup& s, int i, float org, float dir, fl
     s.farC[i] = c + drift * r;
 }
 
-// The planes of an axis that culls unused children only: neither their infinite planes nor kFar are
-// below kOpenReach after the product.
+// The planes of an axis that culls only unused children: the product of their infinite planes, or
+// of kFar, is at least kOpenReach.
 constexpr float kOpenScale = 4, kOpenReach = 0x1.8p127f;
 static_assert(kFar * double(kOpenScale) > kOpenReach);
 SUNSTONE_INLINE void setupOpenAxis(RaySetup& s, int i, float dir) {
@@ -95,7 +95,7 @@ SUNSTONE_INLINE void setupOpenAxis(RaySetup& s, int i, float dir) {
 // An axis is open if -origin * r exceeds this, or its speed times kOpenSpeed does.
 constexpr float kLargestProduct = 0x1p127f, kOpenSpeed = 8;
 
-// The farthest that the structure reaches from the origin, along an axis.
+// The largest distance of the structure from the origin along an axis.
 SUNSTONE_INLINE float reachOf(const BlockHeader* header, const float org[3]) {
     float reach = 0;
     for (int i = 0; i < 3; ++i)
@@ -104,7 +104,7 @@ SUNSTONE_INLINE float reachOf(const BlockHeader* header, const float org[3]) {
     return reach;
 }
 
-// The axes in these sets.
+// Sets up the axes in these sets.
 SUNSTONE_INLINE void setupRareAxes(RaySetup& s, const BlockHeader* header, const float org[3],
                                    const float dir[3], float travel, int stillAxes, int openAxes) {
     const float reach = reachOf(header, org);

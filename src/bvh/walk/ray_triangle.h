@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // The watertight ray/triangle test on 4 or 8 triangles. Included through traverse.h.
 //
-// Vertices are moved to the ray origin and sheared so that the ray becomes the z axis; each vertex
-// gets the same coordinates in every triangle it belongs to. The 2D edge functions are differences
-// of two products, computed without FMA: rounding is monotone, so the sign of a non-zero difference
-// is right, and a triangle and its neighbour get exactly negated values on their common edge. Zero
-// may stand for either sign, so lanes with a zero edge are computed again in double precision,
-// where products of floats are exact. A value that is still zero counts as inside for both
-// neighbours: a ray through an edge or vertex hits at least one of the triangles there. Slivers are
-// computed again too: where the area is far less than the products, rounding of these would show in
-// t, u and v. Both ways agree on the signs, so neighbours may take different ways.
+// Vertices are moved to the ray origin and sheared so that the ray becomes the z axis; a vertex
+// gets equal coordinates in all its triangles. The 2D edge functions are differences of two
+// products, computed without FMA: rounding is monotone, so the sign of a non-zero difference is
+// right, and a triangle and its neighbour get exactly negated values on their common edge. Zero may
+// stand for either sign, so lanes with a zero edge are computed again in double precision, where
+// products of floats are exact. A value that is still zero counts as inside for both neighbours: a
+// ray through an edge or vertex hits at least one of the triangles there. Slivers are computed
+// again, too: if the area is far smaller than the products, the rounding of the products would
+// affect t, u and v. Both computations agree on the signs, so neighbours may use different ones.
 //
-// No operation depends on the instruction set, so all sets report the same t, u and v.
+// No operation depends on the instruction set, so all sets report equal t, u and v.
 #pragma once
 
 #include "bvh/walk/ray_setup.h"
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-// How much larger than the area products may be before their rounding matters.
+// The ratio of products to the area above which the rounding of the products matters.
 constexpr float kSliver = 128;
 
 // Edge functions of the lanes: u belongs to vertex 0, v to vertex 1, w to vertex 2.
@@ -116,7 +116,7 @@ SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const uint32_t* axes, const
     return hits;
 }
 
-// The same for the triangles of a leaf and one ray.
+// As above, for the triangles of a leaf and one ray.
 template <unsigned N, class F, class Leaf>
 SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const RaySetup& s, const ShearLanes<F>& r,
                                    float tmax, TriangleCandidates<N>& out) {

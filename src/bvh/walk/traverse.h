@@ -40,8 +40,8 @@ SUNSTONE_INLINE void prefetchNode(const uint8_t* block, uint64_t offset) {
     __builtin_prefetch(block + offset + 192);
 }
 
-// A node or a leaf of triangles. Wide leaves have two lines more; others are asked for their last
-// line again.
+// Prefetches a node or a leaf of triangles. Wide leaves have two more lines; for others the last
+// line is prefetched again.
 SUNSTONE_INLINE void prefetchChild(const uint8_t* block, NodeRef ref) {
     prefetchNode(block, offsetOf(ref));
     const uint8_t* const last = block + offsetOf(ref) + 192;
@@ -63,8 +63,8 @@ struct SlabLanes {
     }
 };
 
-// Children of a node whose boxes the ray meets before tmax, and the distances. Operand order
-// matters for NaN (an infinite plane times zero): min and max then give their second operand.
+// The children of a node whose boxes the ray meets before tmax, and their distances. The operand
+// order matters for NaN (an infinite plane times zero): min and max return their second operand.
 SUNSTONE_INLINE Mask testNode(const uint8_t* node, const RaySetup& s, const SlabLanes& r,
                               float tmax, F8& distance) {
     F8* const f = nullptr;
@@ -82,7 +82,7 @@ SUNSTONE_INLINE Mask testNode(const uint8_t* node, const RaySetup& s, const Slab
     return lessEqual(distance, end);
 }
 
-// How nodes are tested: those without motion. (motion_traverse.h has those with.)
+// The test of nodes without motion (with motion: motion_traverse.h).
 struct StillNodes {
     const RaySetup& setup;
     SlabLanes lanes;
@@ -96,8 +96,8 @@ struct StillNodes {
     }
 };
 
-// The child to visit next of those that are hit, at least one; the others go on the stack, ordered
-// so that the nearest is on top, or in any order.
+// Returns the next child to visit among the hit children, at least one. The others are pushed, with
+// the nearest on top, or in any order.
 template <bool kOrdered, class Nodes>
 SUNSTONE_INLINE NodeRef pushChildren(const Nodes& nodes, const uint8_t* block,
                                      const NodeRef* children, Mask hits, F8 distance,

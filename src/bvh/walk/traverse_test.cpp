@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against a judge that tests every triangle in double precision; instruction sets against each
-// other; degenerate rays.
+// Rays against a reference that tests every triangle in double precision; instruction sets against
+// each other; degenerate rays.
 #include "bvh/testing/meshes.h"
 
 #include <gtest/gtest.h>
@@ -233,8 +233,8 @@ TEST(Traverse, RaysThatAreNoneMiss) {
         }
 }
 
-// Origins so far off for the direction that distances to the planes of boxes overflow: no axis may
-// say that the ray meets the unused children of a node.
+// Origins so far away, relative to the direction, that distances to the planes of boxes overflow.
+// All axes must still cull the unused children of a node.
 TEST(Traverse, OriginsThatAreTooFarOff) {
     const Structure s = makeStructure(soup(83, 0.5f, 9).input());
     const float places[] = {0.5f, 1e38f, -1e38f, 3e37f};

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Visitors for structures of triangles where no program runs during traversal: the nearest hit and
-// any hit at all. The best hit stays in registers. Included through traverse.h. Visitors of
-// triangles have visit(leaf, lanes), also for leaves with motion (motion_traverse.h); true ends the
-// traversal.
+// Visitors for structures of triangles without programs during traversal: the nearest hit, and any
+// hit. The best hit stays in registers. Included through traverse.h. Visitors of triangles have
+// visit(leaf, lanes), also for leaves with motion (motion_traverse.h); true ends the traversal.
 #pragma once
 
 #include "bvh/walk/traverse.h"
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-// Which sides do not count. A triangle is seen from its front if its vertices run counter-clockwise
-// for the ray; then the determinant of the test is positive.
+// The culled sides. A ray meets the front of a triangle if its vertices are counter-clockwise as
+// seen by the ray; the determinant of the test is then positive.
 struct Culling {
     bool front = false, back = false;
 
@@ -21,7 +20,7 @@ struct Culling {
     }
 };
 
-// Shows the visitor the triangles of a leaf without motion.
+// Passes the triangles of a leaf without motion to the visitor.
 template <class Visitor>
 SUNSTONE_INLINE bool visitTriangles(Visitor& visitor, const uint8_t* block, NodeRef ref) {
     const void* address = block + offsetOf(ref);
@@ -31,8 +30,8 @@ SUNSTONE_INLINE bool visitTriangles(Visitor& visitor, const uint8_t* block, Node
     return visitor.visit(*static_cast<const TriangleLeaf<8>*>(address), visitor.shear);
 }
 
-// Finds the hit with the smallest t; among equal ones that of the lowest primitive index, so that
-// the answer does not depend on the order of visits.
+// Finds the hit with the smallest t, among equal hits that of the lowest primitive index, so that
+// the result does not depend on the order of visits.
 struct ClosestTriangle {
     static constexpr bool kOrdered = true;
 

@@ -112,8 +112,8 @@ TEST(Watertight, RaysInThePlanesOfEdges) {
                 }
 }
 
-// From outside through edges and vertices, silhouettes included: a ray that enters also leaves, so
-// it meets a front exactly if it meets a back.
+// Rays from outside through edges and vertices, including silhouettes: a ray that enters also
+// leaves, so it meets a front if and only if it meets a back.
 TEST(Watertight, WhatEntersLeaves) {
     for (const Mesh& mesh : {icosphere(4), torus(64, 32), cube(), roughSphere(4, 8)})
         for (const Setting& setting : kSettings) {
@@ -151,7 +151,7 @@ TEST(Watertight, ManyRays) {
     EXPECT_EQ(missed, 0u);
 }
 
-// Triangles of which the length is 400 times the width: distances are as exact as rounding of the
+// Triangles whose length is 400 times their width: distances are as exact as the rounding of the
 // vertices allows, although the area is a small difference of large products.
 TEST(Watertight, DistancesToSlivers) {
     Random random(5);

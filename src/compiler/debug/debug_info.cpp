@@ -80,7 +80,7 @@ llvm::DISubprogram* DebugInfo::describe(const ptx::Module& module, const ptx::Fu
         if (statement.kind == ptx::StatementKind::kInstruction &&
             statement.instruction.source.line != 0) {
             first = &statement.instruction.source;
-            // Leave inlined calls for the function's own code.
+            // From inlined code, go to the place of the call in the function itself.
             const InlinedCalls& calls = inlinedCalls(module);
             for (uint32_t call = calls.at(statement.instruction.location.line); call != 0;
                  call = calls.call(call).within)
@@ -91,7 +91,7 @@ llvm::DISubprogram* DebugInfo::describe(const ptx::Module& module, const ptx::Fu
         return nullptr;
     const DwarfFunction* dwarf = variablesOf(module, source);
     const uint32_t line = dwarf && dwarf->line ? dwarf->line : first->line;
-    if (!compileUnit_) // one for all: a builder has no more
+    if (!compileUnit_) // one for all modules: a builder has only one
         compileUnit_ = builder_.createCompileUnit(
             llvm::dwarf::DW_LANG_C_plus_plus_14, file(module, first->file), "sunstone", false, "",
             0, "",

@@ -34,19 +34,19 @@ public:
     // Null unless the level is FULL and the module describes the function.
     const DwarfFunction* variablesOf(const ptx::Module& module, const ptx::Function& source);
     llvm::DIType* type(const ptx::Module& module, uint32_t key);
-    // A function that exists only inlined; one for all its calls.
+    // The description of a function that exists only inlined, shared by all its calls.
     llvm::DISubprogram* inlinedFunction(const ptx::Module& module, const std::string& name,
                                         uint32_t file, uint32_t line);
     const InlinedCalls& inlinedCalls(const ptx::Module& module);
-    // The call with this number (inlined_calls.h): its function, and its place within `function`,
-    // which contains the instruction.
+    // The inlined call with this number (inlined_calls.h): its function, and its place within
+    // `function`, which contains the instruction.
     struct InlinedScope {
         llvm::DISubprogram* function = nullptr;
         llvm::DILocation* at = nullptr;
     };
     InlinedScope inlinedScope(const ptx::Module& module, uint32_t number,
                               const ptx::SourcePosition& within, llvm::DISubprogram* function);
-    // A variable of an inlined function; one for all its calls.
+    // The description of a variable of an inlined function, shared by all its calls.
     llvm::DILocalVariable*& inlinedVariable(llvm::DISubprogram* function, const std::string& name,
                                             uint32_t line) {
         return inlinedVariables_[{function, name, line}];
@@ -92,8 +92,8 @@ public:
     FunctionDebug(DebugInfo& info, const ptx::Module& module, const ptx::Function& source,
                   llvm::Function& function);
 
-    // Sets the builder's location for the code of an instruction, which stands on line `textLine`
-    // of the PTX text (0: unknown).
+    // Sets the builder's location for the code of an instruction on line `textLine` of the PTX text
+    // (0: unknown).
     void setLocation(llvm::IRBuilder<>& builder, const ptx::SourcePosition& source,
                      uint32_t textLine);
     // The memory of a variable of the function's PTX.
@@ -134,7 +134,7 @@ private:
     std::map<std::string, uint32_t, std::less<>> registers_; // by full name
 };
 
-// See the head comment. For functions with debug records of variables (pin_variables.cpp).
+// Gives variables with debug records memory of their own; see the head comment.
 void pinVariables(Unit& unit);
 
 } // namespace sunstone::compiler

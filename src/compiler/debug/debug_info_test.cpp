@@ -58,7 +58,7 @@ TEST(SourceLocation, LinesOfAProgram) {
         }
 }
 
-// Such programs are split in two functions.
+// A program that runs with the processor's flush mode is split in two functions.
 TEST(SourceLocation, ProgramsThatTheProcessorFlushes) {
     const std::string text =
         std::string(kHeader) +
@@ -123,7 +123,7 @@ TEST(InlinedCalls, WithinInlinedCalls) {
     EXPECT_EQ(0u, calls.at(0));
 }
 
-// Calls inlined in themselves endlessly, text cut at any byte.
+// Inlined calls that contain themselves; text cut at any byte.
 TEST(InlinedCalls, Nonsense) {
     std::string text = std::string(kHeader) + ".file 1 \"/src/shade.cu\"\n"
                                               ".visible .entry __miss__a()\n{\n";

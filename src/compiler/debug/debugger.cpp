@@ -13,7 +13,7 @@
 #include <elf.h>
 #include <mutex>
 
-// The names and layouts gdb looks for. It sets a breakpoint on the function.
+// The names and layouts that gdb expects. gdb sets a breakpoint on the function.
 extern "C" {
 struct jit_code_entry {
     jit_code_entry* next_entry;
@@ -46,7 +46,7 @@ std::mutex& mutex() {
     return *instance;
 }
 
-// gdb expects sections at their load addresses: the object file has 0 for all.
+// gdb expects the load addresses of sections; in the object file they are 0.
 void setAddresses(std::string& code, const SectionAddresses& addresses) {
     Elf64_Ehdr header;
     std::memcpy(&header, code.data(), sizeof header);
@@ -72,7 +72,7 @@ namespace {
 
 using Functions = std::map<uint64_t, std::string>; // by offset in .text
 
-// What is known of a range of loaded code.
+// Facts about a range of loaded code.
 struct Known {
     uint64_t end = 0;
     std::string object; // with line information, else empty
@@ -105,7 +105,8 @@ Functions functionsOf(const llvm::object::ObjectFile& object, uint64_t section) 
         const bool good = type && place && start && text;
         if (good && *type == llvm::object::SymbolRef::ST_Function &&
             *place != object.section_end() && (*place)->getIndex() == section) {
-            // Names in PTX have no dots: these prefixes and what follows a dot are the compiler's.
+            // Names in PTX have no dots, so the compiler added these prefixes and any suffix after
+            // a dot.
             for (const char* prefix : {"program.", "kernel.", "lockstep.", "f."})
                 if (text->consume_front(prefix))
                     break;
@@ -235,7 +236,7 @@ bool isLoadedCode(const void* address) {
     return findRange(reinterpret_cast<uint64_t>(address)) != ranges().end();
 }
 
-// Fills the function, if it is known, in any case.
+// Fills the function, if known, even if the result is false.
 bool sourceLocation(const void* address, SourceLocation& location) {
     location = {};
     std::lock_guard lock(mutex());

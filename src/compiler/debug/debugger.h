@@ -13,8 +13,8 @@ namespace sunstone::compiler {
 // Where the sections of an object file were loaded, by name.
 using SectionAddresses = std::map<std::string, uint64_t>;
 
-// Keeps what is known of an object's code during its lifetime: the names of its functions and,
-// where it has them, lines and variables.
+// Keeps facts about an object's code during its lifetime: the names of its functions and, if
+// present, its lines and variables.
 class DebugRegistration {
 public:
     // code: the object file. forDebugger: also registers it with gdb, for lines and variables (GDB

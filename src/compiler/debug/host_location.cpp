@@ -43,7 +43,7 @@ HostFile* hostFile(const std::string& path) {
     return entry->second.get();
 }
 
-// Headers whose inline functions call the API for the application.
+// Headers whose inline functions call the API in place of the application.
 bool isApiHeader(llvm::StringRef file) {
     const llvm::StringRef name = llvm::sys::path::filename(file);
     return name == "runtime_templates.h" || name == "cuda_runtime.h";
@@ -61,7 +61,8 @@ bool hostLocation(const void* address, SourceLocation& location) {
     uint64_t offset = reinterpret_cast<uint64_t>(address) - base;
     location = {};
     location.function = info.dli_sname ? info.dli_sname : "";
-    // The program may have been started by a relative path and have changed its folder since.
+    // The path may be relative, and the program may have changed its working folder since its
+    // start.
     std::string path = info.dli_fname;
     if (HostFile* file = hostFile(path)) {
         if (file->isFixed)

@@ -5,7 +5,7 @@
 //
 // The label is that of the function's name in .debug_str. inlined_at is the place of the call,
 // which an earlier .loc of the PTX function has named and which may be inlined itself. The parser
-// checks the form of the directives and keeps only places, so this class reads the text again if
+// checks the form of the directives and keeps only places, so this class parses the text again if
 // debug information is needed. Source: PTX ISA, "Debugging Directives: .loc".
 #pragma once
 
@@ -30,7 +30,8 @@ public:
     InlinedCalls() = default;
     explicit InlinedCalls(const ptx::Module& module);
 
-    // Number, from 1, of the inlined call whose code a line of the PTX text is; 0: none.
+    // The number, from 1, of the inlined call that contains the code on a line of the PTX text; 0:
+    // none.
     uint32_t at(uint32_t textLine) const;
     const InlinedCall& call(uint32_t number) const { return calls_[number - 1]; }
 

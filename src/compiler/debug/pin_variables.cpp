@@ -94,8 +94,8 @@ std::set<std::pair<llvm::DISubprogram*, llvm::DILocation*>> scopesOf(llvm::Funct
     return scopes;
 }
 
-// Launch parameters are no variable with an address: each launch has its own. Every scope that the
-// function's code belongs to gets a local variable of their name, in the memory of this launch.
+// Launch parameters have no fixed address, because each launch has its own. Every scope of the
+// function's code gets a local variable of their name, in the memory of this launch.
 void showLaunchParams(DebugInfo& info, llvm::Function& function) {
     std::vector<std::pair<llvm::DILocalVariable*, llvm::DILocation*>> variables;
     for (const auto& [scope, inlinedAt] : scopesOf(function))

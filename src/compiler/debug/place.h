@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The place of an address in loaded code, for messages. Code without line information has names of
-// functions.
+// The place of an address in loaded code, for messages: the source line, or without line
+// information the function's name.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which functions a call by address may reach: calls of a dispatcher reach its programs, all others
-// the callables.
+// The possible callees of a call by address: the dispatcher's programs for a call of a dispatcher,
+// the callables for all other calls.
 #pragma once
 
 #include <llvm/IR/Function.h>
@@ -8,10 +8,10 @@
 
 namespace sunstone::compiler {
 
-// Marks programs that a dispatcher calls by address, and its call.
+// Attribute of programs that a dispatcher calls by address, and of its call.
 constexpr const char* kPartByAddress = "sunstone-part";
 
-// `function`: one whose address is taken. `call`: one by address.
+// `function`: a function whose address is taken. `call`: a call by address.
 inline bool mayCall(const llvm::CallBase& call, const llvm::Function& function) {
     return call.hasFnAttr(kPartByAddress) == function.hasFnAttribute(kPartByAddress);
 }

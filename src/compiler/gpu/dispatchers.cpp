@@ -22,15 +22,15 @@ struct Dispatcher {
     enum Form {
         kRun,    // (state, group): calls the program
         kAsk,    // (state, candidates, group): calls an intersection program
-        kStart,  // (state, ray, frame, asks, group): calls the first part of it, or all
-        kResume, // the same with the part after its traces
+        kStart,  // (state, ray, frame, asks, group): calls its first part, or all of it
+        kResume, // the same for the part after its traces
         kFind,   // (group): whether there is one
         kCode,   // (group): its address
     } form;
 };
 
-// Whether a dispatcher for groups of kind `wanted` has those of this kind. Ray generation and
-// bounds programs are entries of launches alike.
+// Whether a dispatcher for groups of kind `wanted` serves groups of this kind. Bounds programs are
+// entries of launches, as ray generation programs are.
 bool serves(devlib::GroupKind wanted, devlib::GroupKind kind) {
     return wanted == kAnyKind || wanted == kind ||
            (wanted == devlib::kGroupRaygen && kind == devlib::kGroupBounds);
@@ -56,7 +56,7 @@ constexpr Dispatcher kDispatchers[] = {
      Dispatcher::kCode},
 };
 
-// The function that a dispatcher calls for a program; null: none.
+// Returns the function that a dispatcher calls for a program; null: none.
 llvm::Function* targetOf(const CutPrograms& cutPrograms, Dispatcher::Form form,
                          llvm::Function* program) {
     const auto cut = cutPrograms.cuts.find(program);
@@ -86,8 +86,8 @@ llvm::Value* callProgram(llvm::IRBuilder<>& builder, llvm::Function& dispatcher,
                                             : builder.getInt32(devlib::kAccept);
 }
 
-// A function with the dispatcher's parameters but the group that calls the program, so that all
-// programs of a dispatcher have one type.
+// Makes a function that calls the program and has the dispatcher's parameters without the group, so
+// that all programs of a dispatcher have one type.
 llvm::Function* makePart(llvm::Function& dispatcher, llvm::Function& program) {
     llvm::FunctionType* const type = dispatcher.getFunctionType();
     llvm::Function* const part = llvm::Function::Create(
@@ -183,7 +183,7 @@ bool areLong(const Dispatcher& dispatcher, const std::map<uint32_t, llvm::Functi
     return programs.size() > 1 && instructions > mostInlined;
 }
 
-// A function of a number: the fact about it, else `none`.
+// Defines a function of a number that returns the fact about the number, or `none`.
 using Facts = std::map<uint32_t, llvm::Value*>;
 void defineFacts(llvm::Module& module, const char* name, llvm::Value* none, const Facts& facts) {
     llvm::IRBuilder<> builder(module.getContext());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions by which the run-time of a GPU pipeline reaches programs: switches over the number
-// of a group. LLVM may inline the programs, but for those that are too long
+// The functions by which the run-time of a GPU pipeline calls programs: switches over the group
+// number. LLVM may inline the programs, except those that are too long
 // (GpuPipelineRequest::mostInlined).
 #pragma once
 

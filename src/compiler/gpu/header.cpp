@@ -12,8 +12,8 @@ namespace sunstone::compiler {
 
 namespace {
 
-// The newest value that LLVM 19 knows up to `wanted`: drivers also compile PTX for older devices
-// and of older versions.
+// The newest value up to `wanted` that LLVM 19 knows. An older value works, because drivers also
+// compile PTX for older devices and of older versions.
 unsigned newestUpTo(std::initializer_list<unsigned> known, unsigned wanted) {
     unsigned newest = *known.begin();
     for (unsigned each : known)
@@ -37,7 +37,7 @@ Target targetOf(std::string_view name) {
     return target;
 }
 
-// 'a': this device only; 'f': its family from this device on (PTX ISA 9.0, .target).
+// 'a': this device only; 'f': this device and the later ones of its family (PTX ISA 9.0, .target).
 bool runs(const Target& target, unsigned computeCapability) {
     if (target.letter == 'a')
         return target.number == computeCapability;
@@ -66,7 +66,8 @@ void widen(GpuHeader& header, const ptx::Module& module, const GpuTarget& target
     const Target old = targetOf(header.target), wanted = targetOf(module.target);
     if (!runs(wanted, target.computeCapability) || wanted.number > target.computeCapability)
         return;
-    // An architecture includes its family's features, and a family those of all.
+    // An architecture ('a') includes its family's features, and a family ('f') those of the plain
+    // target.
     const auto rank = [](char letter) { return letter == 'a' ? 2 : letter == 'f' ? 1 : 0; };
     const char letter = rank(wanted.letter) > rank(old.letter) ? wanted.letter : old.letter;
     header.target = message("sm_", std::max(old.number, wanted.number));
@@ -116,8 +117,8 @@ bool isOldType(ptx::Type type, ptx::Age age) {
 
 } // namespace
 
-// Decides by the age of the opcode's forms. Plain arithmetic on words, the bulk of most programs,
-// needs no header.
+// Decides by the PTX version of the opcode's forms. Plain arithmetic on words, the bulk of most
+// programs, needs no header.
 bool mayNeedHeader(const ptx::Instruction& instruction) {
     const ptx::Age age = instruction.facts->age;
     if (instruction.isForeign || age == ptx::Age::kNew)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The first lines of a PTX text, .version and .target. LLVM writes those it needs itself;
-// instructions that pass through it as text may need the version and target of their module.
+// The first lines of a PTX text, .version and .target. LLVM writes the values that its own code
+// needs; instructions that pass through LLVM as text may need the version and target of their
+// module.
 #pragma once
 
 #include "compiler/gpu/pipeline.h"
@@ -27,7 +28,7 @@ bool runsTarget(std::string_view target, unsigned computeCapability);
 // and to the module's target if this GPU runs it.
 void widen(GpuHeader& header, const ptx::Module& module, const GpuTarget& target);
 
-// The text with these first lines in place of its own.
+// Returns the text with this header in place of its own.
 std::string withHeader(std::string text, const GpuHeader& header);
 
 // Whether an instruction that passes through LLVM as text may need more than the plain header. True

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// GPU code in the disk cache: its key, its form.
+// GPU code in the disk cache: its key and its format.
 #include "compiler/gpu/pipeline.h"
 
 #include "compiler/flavor.h"

@@ -26,8 +26,8 @@ constexpr const char *kHasLaneMemory = "sunstone_gpu_hasLaneMemory",
 // docs/notes/programs-gpu.md has figures.
 constexpr uint64_t kNear = 3, kMostNear = 6;
 
-// What runs once in the kernel becomes a part of it. LLVM leaves large functions apart, and the
-// driver's compiler gives those frames of their own (docs/notes/compile-time.md has figures).
+// Inlines a function that the kernel calls once. LLVM would not inline large functions, and the
+// driver's compiler would give them frames of their own (docs/notes/compile-time.md has figures).
 void inlineIntoKernel(llvm::Function& function) {
     function.removeFnAttr(llvm::Attribute::NoInline);
     function.addFnAttr(llvm::Attribute::AlwaysInline);
@@ -93,16 +93,16 @@ std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) c
     return {};
 }
 
-// Rays of a ray generation program that traces in a loop, at one place, take turns in the
-// kernel of devlib/gpu/loop.h. With several such places lanes would wait at different ones, and
-// all that lies between would run for few lanes at a time (docs/notes/ray-kernels-gpu.md has
+// A ray generation program that traces in a loop, at one place, gets the kernel with persistent
+// threads of devlib/gpu/loop.h. With several such places, lanes would wait at different places, and
+// the code between them would run for few lanes at a time (docs/notes/ray-kernels-gpu.md has
 // figures).
 std::string LaunchKernel::chooseSimple() {
     std::vector<llvm::Function*> cut;
     std::string reason = "no ray generation program traces in a loop at one place";
     // Motion, curves and spheres make the traversal too large for several inlined copies; two
-    // copies with motion are as large as the called functions. Debug and stack overflow
-    // exceptions inspect stacks and the addresses of states.
+    // copies with motion are as large as the called functions. The checks of debug and stack
+    // overflow exceptions read stacks and the addresses of states.
     constexpr unsigned kLooks = devlib::kFlagDebug | devlib::kFlagStackOverflow;
     const bool mayInline =
         !constant("sunstone_gpu_shapes") && !(request_.pipeline.rules.exceptionFlags & kLooks);
@@ -153,7 +153,7 @@ void LaunchKernel::make() {
     if (kind_ == Kind::kLoop)
         addMemory(frame, kFrameAlignment);
     if (kind_ == Kind::kNested) {
-        const uint64_t states = depths + 1; // a ray that is too deep has one, too
+        const uint64_t states = depths + 1; // a ray beyond the depth limit needs one, too
         const uint64_t near = states <= kMostNear ? states : kNear;
         const auto addPart = [&](uint64_t first, uint64_t end) {
             addMemory((end - first) * sizeof(devlib::RayState), alignof(devlib::RayState));
@@ -173,7 +173,7 @@ void LaunchKernel::make() {
     std::vector<llvm::Type*> types;
     for (const llvm::Value* argument : arguments)
         types.push_back(argument->getType());
-    if (kind_ == Kind::kNested) { // linked, and used if claimLaneMemory() wants
+    if (kind_ == Kind::kNested) { // linked; placeStates() removes them if unused
         unit_.module().getOrInsertFunction(kClaimLaneMemory, builder.getPtrTy(),
                                            builder.getPtrTy());
         unit_.module().getOrInsertFunction(kFreeLaneMemory, builder.getVoidTy());
@@ -269,7 +269,7 @@ uint64_t LaunchKernel::claimLaneMemory(llvm::AllocaInst& states, uint64_t count,
     llvm::IRBuilder<> builder(&*kernel.getEntryBlock().getFirstInsertionPt());
     llvm::Value* const own =
         builder.CreateCall(unit_.module().getFunction(kClaimLaneMemory), {kernel.getArg(0)});
-    // Tells LLVM that it is global memory.
+    // The casts tell LLVM that this is global memory.
     llvm::Value* const slot = builder.CreateAddrSpaceCast(
         builder.CreateAddrSpaceCast(own, builder.getPtrTy(1)), builder.getPtrTy());
     llvm::Value* const lane = builder.CreateZExt(

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernel of a GPU pipeline: which of the run-time's three it is, what it cuts, its memory.
+// The kernel of a GPU pipeline: the choice among the run-time's three kernels, the programs that
+// are cut for it, and its memory.
 #pragma once
 
 #include "compiler/gpu/machine.h"
@@ -17,28 +18,30 @@ public:
                  const GpuPrograms& programs)
         : request_(request), unit_(unit), machine_(machine), programs_(programs) {}
 
-    // Chooses the kernel and cuts programs for it. Returns lines that say which and why.
+    // Chooses the kernel and cuts programs for it. Returns log lines with the choice and its
+    // reason.
     std::string choose();
     const CutPrograms& cuts() const { return cuts_; }
-    // Whether closest-hit or miss programs trace, and take turns with their rays.
+    // Whether closest-hit or miss programs trace and are cut at their traces.
     bool recurses() const { return kind_ == Kind::kNested; }
     // Whether warps take new launch indices as their rays end.
     bool takesTurns() const { return kind_ != Kind::kPlain; }
-    // Whether all warps of a block walk in step.
+    // Whether all warps of a block traverse in step.
     bool walksInStep() const;
     // Defines the kernel, which calls a function of the run-time.
     void make();
     // Makes the kernel the only visible function of the linked module.
     void hideOthers();
-    // With O1 a kernel that walks in step ended with an illegal instruction, of unknown cause.
+    // Kernels that traverse in step keep O3: with O1 one ended with an illegal instruction, for an
+    // unknown reason.
     GpuEffort effort() const { return walksInStep() ? GpuEffort::kMuch : GpuEffort::kLittle; }
-    // After optimisation: folds the states of rays in the kernel's memory into registers.
+    // Call after optimisation. Folds the states of rays in the kernel's memory into registers.
     void foldStates();
-    // Gives the states their final layout and place. Returns the bytes of memory that a warp
-    // claims for those that are not in local memory (devlib/gpu/lane_memory.h), or 0.
+    // Gives the states their final layout and place. Returns the bytes that a warp claims for
+    // states outside local memory (devlib/gpu/lane_memory.h), or 0.
     uint64_t placeStates();
-    // Replaces the functions of LaunchConstants. In the kernel they are its arguments, which GPUs
-    // read without a load.
+    // Replaces the functions of LaunchConstants by the kernel's arguments, which GPUs read without
+    // a load.
     void defineConstants();
 
 private:
@@ -47,11 +50,12 @@ private:
 
     static const char* entryOf(Kind kind);
     uint32_t constant(std::string_view name) const;
-    // All programs that trace, for the kernel of devlib/gpu/nested.h: used if closest-hit or miss
-    // programs trace and nothing prevents it; `reason` receives the obstacle.
+    // All programs that trace, for the kernel of devlib/gpu/nested.h. That kernel is used if
+    // closest-hit or miss programs trace and no obstacle prevents it; `reason` receives the
+    // obstacle.
     std::vector<llvm::Function*> programsToNest(std::string& reason) const;
     std::string chooseSimple();
-    void decideLaneMemory(bool has);  // tells the code that asks
+    void decideLaneMemory(bool has);  // sets the result of kHasLaneMemory
     StateUses::Arrays states() const; // all, or none if LLVM has removed some
     uint64_t claimLaneMemory(llvm::AllocaInst& states, uint64_t count, uint64_t bytes);
 
@@ -61,8 +65,8 @@ private:
     const GpuPrograms& programs_;
     Kind kind_ = Kind::kPlain;
     CutPrograms cuts_;
-    // The kernel's memory for states of rays and frames of programs: near, then, if depths are
-    // many, far.
+    // The kernel's memory for states of rays and frames of programs: first the near part, then the
+    // far part if there are many depths.
     std::vector<llvm::WeakTrackingVH> states_, frames_;
 };
 

@@ -18,7 +18,7 @@ namespace sunstone::compiler {
 
 namespace {
 
-// Section of functions that devlib/gpu/programs.h marks for inlining into their callers.
+// The section of functions that devlib/gpu/programs.h marks for inlining into their callers.
 constexpr const char* kPartSection = ".sunstone.part";
 
 [[noreturn]] void failWith(const char* what, llvm::Error error) {
@@ -35,8 +35,8 @@ std::unique_ptr<llvm::Module> openBitcode(llvm::LLVMContext& context, std::strin
     return std::move(*module);
 }
 
-// Reads functions, starting with the requested ones, and removes code that constants exclude before
-// it follows a function's references.
+// Reads functions from the bitcode, starting with the requested ones. In each function it removes
+// code that constants exclude, then follows the remaining references.
 class Reader {
 public:
     explicit Reader(llvm::TargetMachine& machine) : builder_(&machine) {

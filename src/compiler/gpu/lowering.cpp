@@ -14,7 +14,7 @@ namespace sunstone::compiler {
 
 namespace {
 
-// What the lowering calls for optixReportIntersection, and the run-time's function.
+// The function that the lowering calls for optixReportIntersection, and the run-time's function.
 constexpr const char *kReportHere = "sunstone_gpu_report", *kReport = "sunstone_gpu_reportTo";
 
 llvm::Function* withCandidates(Unit& unit, llvm::Function& program, llvm::Function* report) {
@@ -60,7 +60,7 @@ void passCandidates(Unit& unit, std::vector<llvm::Function*>& programs) {
     for (const auto& [program, with] : changed) {
         unit.kinds().erase(program);
         unit.kinds()[with] = ProgramKind::kIntersection;
-        program->deleteBody(); // its address may be somewhere
+        program->deleteBody(); // its address may still be in use
         if (program->use_empty())
             program->eraseFromParent();
     }

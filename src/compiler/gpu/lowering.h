@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lowering that only the code for GPUs needs; the flavor has lowered the intrinsics before.
+// Lowering that only code for GPUs needs, after the flavor has lowered the intrinsics.
 #pragma once
 
 #include "compiler/translate/unit.h"
@@ -7,8 +7,8 @@
 namespace sunstone::compiler {
 
 // Intersection programs get the state of the traversal as a second parameter and pass it to their
-// reports. Passed through the ray's state, which it refers to, neither could stay in registers.
-// Replaces those functions among `programs`.
+// reports. If reports reached the traversal state through the ray's state, neither state could stay
+// in registers. Replaces the intersection programs in `programs`.
 void passCandidates(Unit& unit, std::vector<llvm::Function*>& programs);
 
 // Lowers the remaining .ftz: adding -0 flushes and has no other effect.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// See gpu/pipeline.h. GpuBuild is the order of the steps; each step has a file of its own.
+// See gpu/pipeline.h. GpuBuild orders the steps; each step has a file of its own.
 #include "compiler/gpu/pipeline.h"
 
 #include "base/config.h"
@@ -131,7 +131,7 @@ public:
     }
 
 private:
-    // The header for the instructions that pass through LLVM as text.
+    // Returns the header that the instructions passed through LLVM as text need.
     GpuHeader headerOfText() {
         const GpuTarget& gpu = request_.target;
         GpuHeader header = plainHeader(gpu);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiles a pipeline's programs for CUDA GPUs. All programs, the run-time of device programs
-// (bitcode from the caller) and dispatchers from group number to program become one LLVM module,
-// which is optimised as a whole and written as PTX for the driver. LLVM does not appear in this
-// interface.
+// Compiles a pipeline's programs for CUDA GPUs. One LLVM module contains all programs, the run-time
+// of device programs (bitcode from the caller) and dispatchers from group number to program. It is
+// optimised as a whole and written as PTX for the driver. LLVM does not appear in this interface.
 #pragma once
 
 #include "compiler/compiler.h"
@@ -29,7 +28,7 @@ struct GpuGroup {
         none.fill(kNone);
         return none;
     }(); // by devlib::Role
-    // What debug exceptions tell of the direct and of the continuation callable.
+    // Facts about the direct and the continuation callable, for debug exceptions.
     struct Callable {
         std::string name;
         uint32_t parameterWords = 0;
@@ -47,10 +46,9 @@ struct GpuPipelineRequest {
     std::vector<std::pair<std::string, uint32_t>> constants;
     GpuTarget target;
     unsigned maxTraceDepth = 0; // of the pipeline; 0: unknown, rays of programs recurse
-    // Instructions of all programs with one role and kind of group. Where they have more, they are
-    // called by address: the time of the driver's compiler grows faster than the size of a
-    // function. Calls take up to 1.6 times as long a frame (docs/notes/compile-time.md has
-    // figures).
+    // If all programs with one role and kind of group have more instructions together, they are
+    // called by address, because the time of the driver's compiler grows faster than the size of a
+    // function. Such frames take up to 1.6 times as long (docs/notes/compile-time.md has figures).
     size_t mostInlined = 24000;
 };
 
@@ -64,9 +62,9 @@ struct GpuCode {
     GpuStack stack;
     std::string calls;            // GpuCalls::text()
     std::string machineCode;      // of the text; empty if the driver keeps it
-    uint64_t laneMemoryBytes = 0; // that a warp claims (devlib/gpu/lane_memory.h)
-    bool walksInStep = false;     // all warps of a block (devlib/gpu/nested.h)
-    bool takesTurns = false;      // rays of a ray generation program's loop, or of all programs
+    uint64_t laneMemoryBytes = 0; // claimed by a warp (devlib/gpu/lane_memory.h)
+    bool walksInStep = false;     // the warps of a block (devlib/gpu/nested.h)
+    bool takesTurns = false;      // persistent threads (devlib/gpu/loop.h, nested.h)
     bool recurses = false;        // closest-hit or miss programs trace
     bool hasState = false; // programs have variables in global memory: each pipeline has its own
 };
@@ -75,7 +73,7 @@ constexpr const char* kGpuKernel = "sunstone_launch";
 // Throws like compilePipeline; kNotSupported for features that the run-time for GPUs lacks.
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
 
-// A digest of all inputs of the code.
+// The key of the code: a digest of all its inputs.
 std::string keyOf(const GpuPipelineRequest& request);
 // The same for a kernel of the library, which has a unique name.
 std::string keyOf(const GpuTarget& target, std::string_view kernel);
@@ -83,7 +81,7 @@ std::string keyOf(const GpuTarget& target, std::string_view kernel);
 // False if the store has no value or an unreadable one. Either the text or the machine code of the
 // result is empty.
 bool findGpuPipeline(const std::string& key, ObjectStore& store, GpuCode& code);
-// The text of code with machine code is not kept.
+// Stores the text only if there is no machine code.
 void keepGpuPipeline(const std::string& key, const GpuCode& code, ObjectStore& store);
 
 // Takes the frame sizes from the log of the driver's compiler, if it has them.

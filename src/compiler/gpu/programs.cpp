@@ -26,7 +26,7 @@ void GpuPrograms::declare() {
         if (!isNew) // for another payload type: lowered in another way
             copies_.push_back({functions_.size(), payload});
         unit_.kinds()[function] = program.kind;
-        // Seen from outside until the dispatchers are there.
+        // External until the dispatchers refer to it; otherwise passes could remove it.
         function->setLinkage(llvm::GlobalValue::ExternalLinkage);
         functions_.push_back(function);
     }

@@ -24,8 +24,8 @@ using Range = StateUses::Range;
 
 constexpr auto kBytes = int64_t(StateUses::kBytes);
 
-// LLVM joins two loads into one through a phi, or a select, of their addresses. Where one of these
-// leads to the states and another does not, the loads are separated again.
+// LLVM joins two loads into one load from a phi or select of their addresses. If one of the
+// addresses leads to the states and another does not, this class separates the loads again.
 class JoinedLoads {
 public:
     explicit JoinedLoads(const StateUses::Arrays& states) : states_(states) {}
@@ -146,7 +146,7 @@ private:
         return value;
     }
 
-    // Of functions that the kernel calls neither arguments nor memory are the same for all rays.
+    // Arguments and memory of functions that the kernel calls can differ between rays.
     bool isSameInKernel(const Value& value) const {
         if (const auto* argument = llvm::dyn_cast<llvm::Argument>(&value))
             return argument->getParent() == &uses_.kernel();
@@ -155,8 +155,8 @@ private:
                (memory && memory->isStaticAlloca() && memory->getFunction() == &uses_.kernel());
     }
 
-    // Whether `next` is `value`, or is loaded from the same bytes of a state, or leaves the value
-    // open.
+    // Whether `next` agrees with `value`: it is `value`, is loaded from the same bytes of a state,
+    // or is undefined.
     bool meet(Value*& value, Value* next, const Range& range, std::set<Value*>& seen) const {
         if (!seen.insert(next).second)
             return true;
@@ -255,7 +255,7 @@ public:
     static constexpr uint64_t kMostAlignment = 16; // of a load or store in PTX
 
     uint64_t bytes() const { return bytes_; }
-    // What an access to these bytes of a state adds to its address.
+    // The offset that an access to these bytes of a state adds to its address.
     int64_t shiftOf(const Range& range) const {
         for (const Field& field : fields_)
             if (range.begin >= field.range.begin && range.end <= field.range.end)
@@ -277,12 +277,12 @@ private:
 };
 
 // Rewrites addresses for packed states. A pointer into a state keeps its distance from the state's
-// start; each access adds what its field has moved.
+// start; each access adds the distance by which its field has moved.
 class Packing {
 public:
     Packing(StateUses& uses, const PackedLayout& layout) : uses_(uses), layout_(layout) {}
 
-    // Finds the new steps; false if there is one whose states cannot be told from its bytes.
+    // Computes the new steps. False if a step does not determine the number of states.
     bool plan() {
         for (const auto& [pointer, place] : uses_.places)
             if (auto* step = llvm::dyn_cast<llvm::GetElementPtrInst>(pointer))

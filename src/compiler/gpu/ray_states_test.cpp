@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// foldRayStates and packRayStates on small kernels: which loads and stores go and stay, and where
-// fields lie.
+// foldRayStates and packRayStates on small kernels: removed and remaining loads and stores, and the
+// places of fields.
 #include "compiler/gpu/ray_states.h"
 
 #include "devlib/abi.h"

@@ -31,7 +31,7 @@ using llvm::Value;
 
 constexpr const char *kTrace = "sunstone_gpu_trace", *kTraceInline = "sunstone_gpu_traceInline";
 constexpr const char* kFrameBytes = "sunstone.frame.bytes"; // its calls return a frame's size
-// Calls of these stand for parameters of the functions that a program is cut into.
+// Calls of these functions stand for the parameters of the functions that a program is cut into.
 constexpr const char *kRoot = "sunstone.lane.root", *kRay = "sunstone.lane.ray",
                      *kAsks = "sunstone.lane.asks";
 // The parameters after the frame, in order.
@@ -66,7 +66,7 @@ bool meets(const llvm::CallInst& call) {
            (name.contains(".sync") || name.contains(".bar.") || name.contains(".barrier"));
 }
 
-// A program while it becomes a coroutine: void(frame).
+// A program during its conversion to a coroutine, void(frame).
 class Coroutine {
 public:
     explicit Coroutine(llvm::Function& program)
@@ -126,7 +126,8 @@ private:
         done_ = llvm::BasicBlock::Create(program_.getContext(), "done", function_);
     }
 
-    // Merges the states of the program's rays into one: none is live across another's trace.
+    // Merges the states of the program's rays into one, because no state is live across another
+    // ray's trace.
     void shareRay() {
         for (llvm::CallInst* call : tracesOf(*function_)) {
             auto* memory = llvm::dyn_cast<llvm::AllocaInst>(call->getArgOperand(0));
@@ -197,8 +198,8 @@ bool isArithmetic(const llvm::Instruction& instruction) {
                      llvm::SelectInst>(instruction);
 }
 
-// Adds what has to be kept so that the expression can be repeated. False: more than kMostKept
-// values.
+// Adds the values that the frame must keep so that the expression can be repeated. False: more than
+// kMostKept values.
 constexpr size_t kMostKept = 4;
 bool addNeeds(const llvm::Instruction& instruction, unsigned depth,
               llvm::SmallPtrSetImpl<const llvm::Instruction*>& needs) {
@@ -215,9 +216,9 @@ bool addNeeds(const llvm::Instruction& instruction, unsigned depth,
     return needs.size() <= kMostKept;
 }
 
-// Instructions repeated after a trace instead of kept in the frame: loads of values that stay the
-// same for a launch index, and arithmetic on a few values. Arithmetic on many would keep them all:
-// a normal would become the matrix that it was transformed by.
+// Whether the instruction is repeated after a trace, in place of keeping its value in the frame: a
+// load of a value that stays the same for a launch index, or arithmetic on a few values. Repeating
+// arithmetic on many values would keep them all: for a transformed normal, the whole matrix.
 bool isCheap(llvm::Instruction& instruction) {
     llvm::SmallPtrSet<const llvm::Instruction*, kMostKept + 1> needs;
     return isStable(instruction) || (isArithmetic(instruction) && addNeeds(instruction, 0, needs));
@@ -249,8 +250,8 @@ void split(llvm::Module& module, llvm::TargetMachine& machine) {
     passes.run(module, modules);
 }
 
-// The frame holds addresses of the functions that resume or destroy it. The loop calls the former
-// by name and never the latter.
+// LLVM stores the addresses of the functions that resume and destroy the coroutine in its frame.
+// The loop calls the first by name and never calls the second, so the stores are removed.
 void dropAddresses(llvm::Function& function) {
     for (llvm::User* user : llvm::make_early_inc_range(function.users()))
         if (auto* store = llvm::dyn_cast<llvm::StoreInst>(user))
@@ -334,9 +335,9 @@ std::string obstacleToCut(const llvm::Function& program) {
 }
 
 void traceInline(const std::vector<llvm::Function*>& programs, size_t most) {
-    // Each place gets a copy of the traversal, which is slow to compile in the driver: with more
-    // than two in a program compilation takes half as long again, and a path tracer's frames are a
-    // tenth faster.
+    // Each trace gets a copy of the traversal, which the driver compiles slowly. With more than two
+    // traces in a program, inlining makes compilation take half as long again and a path tracer's
+    // frames a tenth faster.
     constexpr size_t kMostOfProgram = 2;
     std::vector<llvm::CallInst*> calls;
     for (const llvm::Function* program : programs) {

@@ -2,8 +2,8 @@
 // Programs cut at their traces, for the loops that keep the lanes of a GPU's warps busy
 // (devlib/gpu/loop.h, nested.h): `start` runs a program to its first trace, `resume` from a trace
 // to the next. Both ask for a ray by filling its state and setting `asks`. LLVM's coroutine passes
-// do the cutting; values that live across a trace are kept in a frame. The states are not in the
-// frame, so that LLVM can keep those of loop.h in registers.
+// cut the programs and keep values that live across a trace in a frame. The ray states are not in
+// the frame, so that LLVM can keep the states of loop.h in registers.
 #pragma once
 
 #include <llvm/IR/Module.h>

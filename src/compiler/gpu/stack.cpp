@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char* kTrace = "sunstone_gpu_trace";
 
-// Bytes of a function beside the code generator's frame: saved registers, and spills of the
+// Bytes of a function in addition to the code generator's frame: saved registers, and spills of the
 // driver's compiler.
 constexpr uint64_t kSaved = 576;
 

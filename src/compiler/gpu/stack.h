@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stack needs of the functions of a pipeline's kernel on a GPU. The stack of kernels that recurse
-// or call by address is a limit of the context, which the engine must set. The log of the driver's
+// Stack needs of the functions of a pipeline's kernel on a GPU. For kernels that recurse or call by
+// address, the engine must set the context's limit of the stack size. The log of the driver's
 // compiler has each function's frame. Before compilation, and if the driver takes machine code from
 // its own cache and logs nothing, frames are estimated.
 #pragma once
@@ -30,17 +30,16 @@ struct GpuStack {
 class GpuCalls {
 public:
     GpuCalls() = default;
-    // `ptx` is the code generator's text of the module, which declares each function's frame. A
-    // reserve is added for what the driver's compiler saves.
+    // `ptx` is the code generator's text of the module, which declares each function's frame.
+    // Estimates include a reserve for registers that the driver's compiler saves.
     GpuCalls(const llvm::Module& module, std::string_view ptx);
 
-    // Lines of text, for a cache; other text gives no functions.
+    // Converts to lines of text for a cache, and back. Malformed text gives no functions.
     std::string text() const;
     static GpuCalls fromText(std::string_view text);
 
     // Bytes of frames by function, from the driver's compiler. Functions missing in it are inlined
-    // in their callers. None: estimates. A function that calls itself, other than by tracing rays,
-    // counts once.
+    // in their callers. Empty: frames are estimated. A function that calls itself, other than by
     // tracing rays, counts once.
     using Frames = std::map<std::string, uint64_t, std::less<>>;
     GpuStack stack(const Frames& frames = {}) const;
@@ -58,7 +57,7 @@ private:
 // The frames in a log of the driver's compiler (CU_JIT_LOG_VERBOSE); none unless the kernel's is
 // among them.
 GpuCalls::Frames gpuFramesIn(std::string_view log);
-// Bytes that the kernel stores when it runs out of registers, from the same log; 0 if it says none.
+// Bytes of the kernel's spill stores, from the same log; 0 if the log has none.
 uint64_t gpuSpillsIn(std::string_view log);
 
 } // namespace sunstone::compiler

@@ -78,7 +78,7 @@ bool StateUses::use(llvm::Instruction& user, Value& pointer, Queue& queue) {
     return llvm::isa<llvm::ICmpInst, llvm::LifetimeIntrinsic>(user);
 }
 
-// The functions that may be called go on with the pointer.
+// Follows the pointer into all possible callees.
 bool StateUses::pass(llvm::CallBase& call, Value& pointer, Queue& queue) {
     if (call.isInlineAsm() || call.getCalledOperand() == &pointer)
         return false;
@@ -157,7 +157,7 @@ bool StateUses::agrees(const Value& operand, const Place& place) const {
     return known != places.end() && known->second == place;
 }
 
-// At a phi or select, all inputs must come from states.
+// Whether all inputs of a phi or select lead to states.
 bool StateUses::operandsAgree(const llvm::User& user, const Place& place) const {
     for (const Value* operand : user.operands())
         if (operand->getType()->isPointerTy() && !agrees(*operand, place))
@@ -165,7 +165,7 @@ bool StateUses::operandsAgree(const llvm::User& user, const Place& place) const 
     return true;
 }
 
-// A function that is given states must be given them by all its callers.
+// Whether all callers of a function with a state parameter pass states.
 bool StateUses::argumentsAgree() const {
     for (const auto& [pointer, place] : places) {
         const auto* argument = llvm::dyn_cast<llvm::Argument>(pointer);

@@ -29,7 +29,7 @@ public:
         bool overlaps(const Range& other) const { return begin < other.end && other.begin < end; }
         auto operator<=>(const Range&) const = default;
     };
-    // The place in a state that a pointer leads to: an offset, or anywhere in the state's list.
+    // The place in a state that a pointer refers to: an offset, or any place in the indexed part.
     struct Place {
         uint64_t offset = 0;
         bool isIndexed = false;
@@ -39,8 +39,8 @@ public:
     using Arrays = std::vector<llvm::AllocaInst*>;
     explicit StateUses(Arrays arrays); // of one kernel; at least one
 
-    // Finds all uses; false if the states have others than loads, stores and calls of functions
-    // that are known.
+    // Finds all uses. False if a state has a use other than a load, a store or a call of a known
+    // function.
     bool collect();
 
     // A step from one pointer into the states to another, in bytes.

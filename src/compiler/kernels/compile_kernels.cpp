@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// See kernel_module.h. The steps from a CUDA module's tree to loaded code.
+// Implements kernel_module.h: the steps from a CUDA module's tree to loaded code.
 #include "compiler/kernels/kernel_module.h"
 
 #include "base/config.h"
@@ -29,7 +29,8 @@ namespace {
 
 constexpr const char* kKernelPrefix = "kernel.";
 
-// Statements of a module that is optimised although it is for a debugger, which takes some seconds.
+// Statements of a module for a debugger up to which kernels are also compiled with optimisation
+// (obtainKernel), which takes some seconds.
 constexpr size_t kLongModule = 50000;
 
 KernelInfo describeKernel(const ptx::Function& function) {
@@ -102,7 +103,8 @@ struct KernelSource {
 };
 
 // The kernels of all modules, in the order of the first definitions of their names. Templates may
-// define the same weak kernel in several modules: the first one is used, unless another is strong.
+// define the same weak kernel in several modules. The first definition is used, unless another one
+// is strong.
 std::vector<KernelSource> kernelsOf(const KernelModules& modules) {
     std::vector<KernelSource> kernels;
     std::map<std::string_view, size_t> indices;
@@ -202,8 +204,8 @@ public:
         unit_->translateQueue();
     }
 
-    // False if a kernel was given up, which leaves the unit incomplete: the caller begins again
-    // without it.
+    // False if a kernel cannot be compiled. The unit is then incomplete, and the caller starts
+    // again without that kernel.
     bool addKernels(std::vector<KernelInfo>& kernels) {
         functions_.clear();
         for (KernelInfo& info : kernels) {
@@ -218,7 +220,7 @@ public:
                 functions_.back() = kernel;
                 unit_->translateQueue();
             } catch (const Error& error) {
-                // Programs of a ray tracing API may stand in the same module; they are no kernels.
+                // The module may also contain ray tracing programs, which are not kernels.
                 if (error.code() != ErrorCode::kNotSupported)
                     throw;
                 info.unsupported = error.what();
@@ -393,9 +395,9 @@ private:
         return made;
     }
 
-    // Code for a debugger runs thread by thread, with wrong results where lanes exchange values
-    // through memory in step. Such a kernel gives up its variables, unless the user asks for single
-    // threads. Optimised code tells which kernels do so.
+    // Code for a debugger runs thread by thread, with wrong results if lanes exchange values
+    // through memory in lockstep. The optimised code shows whether a kernel does so. Such a kernel
+    // runs as lockstep code without variables, unless the user asks for single threads.
     KernelObject obtainKernel(size_t index) const {
         const KernelInfo& info = kernels_[index];
         const bool mayExchange = exchanging_.count(info.name) != 0;
@@ -452,7 +454,7 @@ private:
                 return compilation.finish(kernels, times);
             });
         kernels_ = made.kernels;
-        for (KernelInfo& info : kernels_) // code for a debugger alone was looked at, not optimised
+        for (KernelInfo& info : kernels_) // no optimised code: the tree decides
             info.countsOnSteps |= exchanging_.count(info.name) != 0;
         std::vector<std::string> symbols;
         for (const KernelInfo& info : kernels_)
@@ -476,7 +478,7 @@ private:
             info.lockstep = code.address(kLockstepPrefix + info.name);
     }
 
-    // A piece that defines variables.
+    // Loads a piece that defines variables.
     const LoadedCode& load(const KernelObject& made, std::vector<std::string> symbols) {
         for (const VariableId& id : made.object.variables)
             symbols.push_back(id.symbol());
@@ -507,7 +509,7 @@ private:
     const KernelOptions options_;
     const bool isWhole_, isLong_;
     std::vector<KernelInfo> kernels_;
-    std::set<std::string_view> exchanging_; // perhaps, through memory; of modules for debugging
+    std::set<std::string_view> exchanging_; // in modules for a debugger
     std::vector<char> ready_;
     std::map<VariableId, void*> addresses_;
     VariableTable table_;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels whose lanes may exchange values through memory, found in the tree before any code is
-// made. Kernels from before independent threads do so and count on the lanes of a warp to keep
-// step. The optimised code decides (lockstep/steps.h); what is not found here needs no look at it.
+// made. Kernels written before independent thread scheduling do so and rely on lockstep. The
+// optimised code decides (lockstep/steps.h); kernels that are not found here need no optimised code
+// for the decision.
 #pragma once
 
 #include "ptx/ast.h"
@@ -12,9 +13,8 @@
 
 namespace sunstone::compiler {
 
-// Functions that access memory in one of these ways, themselves or through a function that they
-// call by name: volatile accesses, where the access does not name local memory; atomic updates;
-// variables in shared memory.
+// Functions that, directly or through functions called by name, contain a volatile access (except
+// to local memory by name), an atomic update, or a use of a variable in shared memory.
 std::set<std::string_view> functionsThatMayExchange(const std::vector<const ptx::Module*>& modules);
 
 } // namespace sunstone::compiler

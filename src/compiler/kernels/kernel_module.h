@@ -2,9 +2,8 @@
 // A CUDA module whose kernels are compiled at first use, because programs load large modules and
 // launch few of their kernels. Each kernel with the functions it calls is a piece, kept in a store.
 // The module's variables are another piece, made at once, because the host may ask for any of them.
-// In a module with calls through pointers all kernels are one piece, as the callees of each are
-// unknown. So are the kernels of several modules linked from relocatable code, where one module
-// defines what another declares extern.
+// In a module with calls through pointers, all kernels are one piece, because the callees are
+// unknown. The kernels of several modules linked from relocatable code are also one piece.
 #pragma once
 
 #include "compiler/compiler.h"
@@ -21,8 +20,8 @@ struct KernelOptions {
 class KernelModule : public KernelCode {
 public:
     // Compiles kernels()[index] and completes its description (address, shared and local memory,
-    // used features, why it cannot run). Not safe to call from two threads at once. Throws the
-    // compiler's errors, each time.
+    // used features, why it cannot run). Not thread-safe. Throws the compiler's errors at each
+    // call.
     virtual void prepare(size_t index) = 0;
     virtual void forEachVariable(
         const std::function<void(void* address, uint64_t bytes, bool isManaged)>& visit) const = 0;
@@ -38,7 +37,7 @@ inline std::unique_ptr<KernelModule> openKernels(std::shared_ptr<const ptx::Modu
     return openKernels(KernelModules{std::move(module)}, options);
 }
 
-// Throws what openKernels throws for symbols and instructions; makes no code.
+// Throws the errors of openKernels for symbols and instructions; generates no code.
 void checkKernels(const KernelModules& modules);
 
 // The level that the module requests: full if it was compiled for debugging (`.target ..., debug`).

@@ -7,13 +7,14 @@
 
 namespace sunstone::compiler {
 
-// Of a kernel's parameters, of its local memory and of its static shared memory: sizes that are
-// kept in 32 bits, and 32 lanes have 32 times as much. No GPU allows a hundredth.
+// The limit for each of a kernel's parameters, local memory and static shared memory. These sizes,
+// and 32 times the size for 32 lanes, must fit into 32 bits. No GPU allows a hundredth of the
+// limit.
 constexpr uint64_t kMostKernelBytes = 64 << 20;
-// Gives the kernel up if `bytes` of `what` are more.
+// Marks the kernel as unsupported if `bytes` of `what` exceed the limit.
 void limitBytes(KernelInfo& kernel, uint64_t bytes, const char* what);
 
-// `functions` and `kernels` have the same order; a null function is a kernel that was given up.
+// `functions` and `kernels` have the same order; a null function is an unsupported kernel.
 void describeThreads(Unit& unit, const std::vector<llvm::Function*>& functions,
                      std::vector<KernelInfo>& kernels);
 

@@ -2,8 +2,8 @@
 // LockstepEmitter: addresses computed from an index.
 //
 // Nearly all addresses are base + index * size, with an extended 32-bit index. The lanes' addresses
-// are consecutive if the indices are, and comparing indices takes half the vectors of comparing
-// addresses. Whole addresses are computed only where the comparison fails.
+// are consecutive if the indices are. Comparing indices takes half as many vectors as comparing
+// addresses. Whole addresses are computed only if the comparison fails.
 #include "compiler/lockstep/emit.h"
 
 #include <llvm/IR/Operator.h>
@@ -77,7 +77,7 @@ bool LockstepEmitter::findIndex(Value* address, IndexedAddress& found) const {
     }
 }
 
-// Finds such addresses of a block, and the instructions that only they need.
+// Finds the indexed addresses of a block, and the instructions that only these addresses use.
 void LockstepEmitter::findAddresses(BasicBlock& block) {
     indexed_.clear();
     late_.clear();
@@ -122,7 +122,7 @@ LockstepEmitter::Nearness LockstepEmitter::nearnessOf(const IndexedAddress& addr
     Value* first = builder_.CreateExtractElement(indices, uint64_t(0));
     nearness.fits = builder_.CreateICmpEQ(
         indices, builder_.CreateAdd(splat(first), lanes(builder_.getInt32Ty(), step)));
-    // The last index is after the first: adding the span does not wrap.
+    // The last index is greater than the first, so adding the span does not wrap.
     nearness.bound =
         isSigned ? builder_.CreateICmpSLE(first, builder_.getInt32(uint32_t(0x7fffffff - span)))
                  : builder_.CreateICmpULE(first, builder_.getInt32(uint32_t(0xffffffff - span)));
@@ -130,7 +130,7 @@ LockstepEmitter::Nearness LockstepEmitter::nearnessOf(const IndexedAddress& addr
     return nearness;
 }
 
-// The steps of the address for this index; with null, the address without the index's share.
+// Computes the address for this index; for null, the address without the contribution of the index.
 Value* LockstepEmitter::addressAt(const IndexedAddress& address, Value* index) {
     const bool isSigned = isa<llvm::SExtInst>(address.extension);
     Value* made = nullptr;
@@ -155,8 +155,8 @@ Value* LockstepEmitter::addressAt(const IndexedAddress& address, Value* index) {
     return made;
 }
 
-// The addresses of all lanes for a gather or scatter. Processors take one shared address and a
-// 32-bit index per lane, in half the registers of whole addresses.
+// The addresses of all lanes for a gather or scatter. Instructions take one shared address and a
+// 32-bit index per lane, which need half the registers of whole addresses.
 Value* LockstepEmitter::farAddresses(Value* pointer) {
     const auto found = indexed_.find(pointer);
     if (found == indexed_.end())

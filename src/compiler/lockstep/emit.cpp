@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // LockstepEmitter: blocks, masks, loops, meeting points.
 //
-// Blocks follow one another. A block's mask holds the lanes that run it next: the block takes them,
-// runs if there are any, and passes them on. Blocks after a meeting point in a loop can have lanes
-// when the loop is entered; its first round then runs only for those lanes.
+// The code has the blocks in one fixed order. A block's mask holds the lanes that run it next. The
+// block takes its mask, runs if the mask has lanes, and adds them to the masks of the next blocks.
+// Blocks after a meeting point in a loop can have lanes when the loop is entered; the loop's first
+// iteration then runs only for those lanes.
 #include "compiler/lockstep/emit.h"
 
 #include <llvm/IR/IntrinsicInst.h>
@@ -37,7 +38,7 @@ void LockstepEmitter::emit() {
     finish();
 }
 
-// Code by runs has no vectors: its masks are numbers.
+// Code by runs has no vectors, so its masks are numbers.
 llvm::Type* LockstepEmitter::maskType() {
     if (byRuns_)
         return builder_.getInt32Ty();
@@ -128,7 +129,7 @@ size_t LockstepEmitter::arrayOfField(const Instruction& load) const {
                : offset / 4 * sizeof(LockstepWarp::laneid);
 }
 
-// Lanes start at the point where they stopped.
+// Lanes continue at the point where they stopped.
 void LockstepEmitter::emitEntry() {
     auto* fresh = BasicBlock::Create(context_, "start", &result_);
     auto* jump = builder_.CreateSwitch(result_.getArg(2), fresh, unsigned(plan_.points().size()));
@@ -147,7 +148,7 @@ void LockstepEmitter::emitEntry() {
     builder_.SetInsertPoint(fresh);
 }
 
-// Lanes that continue from a point of this step enter here, past the code before the step.
+// Lanes that continue from a point of this step enter here and skip the code before the step.
 void LockstepEmitter::landAt(const Step& step) {
     BasicBlock* landing = nullptr;
     for (size_t i = 0; i < resumes_.size(); ++i) {
@@ -249,8 +250,8 @@ void LockstepEmitter::emitLoop(const Step& step) {
     builder_.SetInsertPoint(after);
 }
 
-// A loop of one block that all lanes run has a version without masks. The masked version is for
-// other lanes, and for the rounds after some lanes have left.
+// A loop of one block has a version without masks, for all lanes together. The masked version is
+// for fewer lanes, and for the iterations after some lanes have left.
 void LockstepEmitter::emitSimpleBody(const Step& step) {
     BasicBlock& head = *step.loop->getHeader();
     llvm::AllocaInst* place = maskPlace(&head);
@@ -390,7 +391,7 @@ void LockstepEmitter::emitTerminator(BasicBlock& block) {
     emitEdge(block, *branch->getSuccessor(1), second, any(second));
 }
 
-// taken: whether any lane takes the edge; null: all do.
+// taken: whether any lane takes the edge; null: all lanes take it.
 void LockstepEmitter::emitEdge(BasicBlock& from, BasicBlock& to, Value* mask, Value* taken) {
     std::vector<std::pair<llvm::PHINode*, Value*>> moves, byLane; // parallel assignments
     for (llvm::PHINode& phi : to.phis()) {
@@ -406,7 +407,8 @@ void LockstepEmitter::emitEdge(BasicBlock& from, BasicBlock& to, Value* mask, Va
     for (auto& [phi, made] : moves) {
         if (isUniform(phi) && taken)
             made = builder_.CreateSelect(taken, made, loadUniform(*phi));
-        // All lanes of a loop are in one round: other lanes no longer need the values at its head.
+        // All lanes of a loop are in one iteration, so other lanes no longer need the values at its
+        // head.
         const bool isHead = plan_.loops().isLoopHeader(&to) && !plan_.outlivesLoop(*phi);
         store(*phi, made, !isHead, mask);
     }
@@ -437,7 +439,7 @@ void LockstepEmitter::emitPoint(const MeetingPoint& point) {
     builder_.SetInsertPoint(leave);
     const auto known = here_;
     leaveAt(point, what);
-    if (isPause && point.mode == 0) // no lane is left
+    if (isPause && point.mode == 0) // no lane remains
         builder_.CreateRet(builder_.CreateLoad(builder_.getInt32Ty(), ran_));
     else
         builder_.CreateBr(join);
@@ -467,15 +469,15 @@ Value* LockstepEmitter::isPauseDue(const MeetingPoint& point) {
     return builder_.CreateAnd(hasJumped(), isWhole);
 }
 
-// Whether the warp has touched so many pages that the other warps should catch up.
+// Whether the warp has accessed so many pages that the other warps should catch up.
 Value* LockstepEmitter::hasJumped() {
     constexpr uint32_t kJumps = 12;
     return builder_.CreateICmpUGE(builder_.CreateLoad(builder_.getInt32Ty(), jumps_),
                                   builder_.getInt32(kJumps));
 }
 
-// Counts an address on another page than in the round before. Prefetches the following bytes, which
-// the next warp most likely reads soon.
+// Counts an address whose page differs from that of the previous iteration. Prefetches the
+// following bytes, which the next warp probably reads soon.
 void LockstepEmitter::countJump(Value* address, uint64_t bytes) {
     constexpr uint64_t kLine = 64;
     for (uint64_t offset = 0; offset < bytes * kLanes; offset += kLine)
@@ -498,7 +500,7 @@ void LockstepEmitter::countJump(Value* address, uint64_t bytes) {
         builder_.CreateAdd(count, builder_.CreateZExt(isFar, builder_.getInt32Ty())), jumps_);
 }
 
-// The operands of a point's lanes, with their places in the warp.
+// The operands of the lanes at a point, with their places in LockstepWarp.
 std::vector<LockstepEmitter::Operand> LockstepEmitter::operandsOf(const MeetingPoint& point) {
     const auto operand = [&](unsigned argument, unsigned number) {
         return Operand{point.call->getArgOperand(argument), builder_.getInt32Ty(),
@@ -530,7 +532,8 @@ void LockstepEmitter::storeOperands(const MeetingPoint& point) {
     }
 }
 
-// The lanes wait: their operands and the values needed later are stored in the frame.
+// Makes the lanes leave the function: stores their operands and the values needed later in the
+// frame.
 void LockstepEmitter::leaveAt(const MeetingPoint& point, uint32_t what) {
     // At a pause all live lanes of the warp are here, so the frame holds no values of other lanes.
     const bool isWhole = point.kind == devlib::kMeetPause && point.mode == 0;

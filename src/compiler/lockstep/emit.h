@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes the code for 32 lanes according to lockstep/plan.h.
 //
-// Each value used outside its block has a place in memory, which promotion turns into a value
-// again: a vector of 32, or a scalar if the value is uniform. A place keeps the values of inactive
+// Each value used outside its block has a place in memory: a vector of 32, or a scalar if the value
+// is uniform. Promotion turns places into SSA values again. A place keeps the values of inactive
 // lanes. Masks of blocks are places too.
 #pragma once
 
@@ -18,8 +18,8 @@ namespace sunstone::compiler {
 
 class LockstepEmitter {
 public:
-    // hasMasks: the processor has masked loads and stores, and gathers (AVX-512).
-    // byRuns: lanes follow one another in short runs of instructions (lockstep/runs.cpp).
+    // hasMasks: the processor has masked loads and stores, and gathers (AVX-512). byRuns: the lanes
+    // execute short runs of instructions one after another (lockstep/runs.cpp).
     LockstepEmitter(const LockstepPlan& plan, llvm::Function& result, bool hasMasks, bool byRuns);
 
     void emit();
@@ -134,7 +134,7 @@ private:
     void emitRuns(llvm::BasicBlock& block);
     void emitRun(Run& run);
     void findSlots(llvm::BasicBlock& block);
-    bool isOfBlock(const llvm::Instruction& instruction) const; // whether all uses are
+    bool isOfBlock(const llvm::Instruction& instruction) const; // whether all uses are in the block
     Value* arrayOf(const llvm::Instruction& value);
     Value* ofLane(Value* value, Value* lane);
     void setLane(const llvm::Instruction& value, Value* made, Value* lane);
@@ -182,7 +182,7 @@ private:
     llvm::AllocaInst* spins_ = nullptr;       // reads of memory that others may write
     const llvm::BasicBlock* block_ = nullptr; // the current block
     Value* mask_ = nullptr;                   // of the current block
-    bool isPart_ = false;                     // all lanes together have other code
+    bool isPart_ = false;                     // the code for all lanes together is separate
     llvm::DenseMap<const Value*, IndexedAddress> indexed_; // addresses of the block
     llvm::DenseSet<const Value*> late_;                    // those made only where they are needed
     llvm::DenseMap<const Value*, Value*> here_;            // made in the current block
@@ -194,7 +194,7 @@ private:
     llvm::DenseMap<const Value*, uint64_t> slots_; // in scratch_, of values of the block
     llvm::AllocaInst* scratch_ = nullptr;
     uint64_t scratchBytes_ = 0;
-    // Uniform values that live across points, by index: in an array, or in the frame by lane.
+    // Uniform values that live across points: indices into an array, or into the frame by lane.
     llvm::DenseMap<const Value*, unsigned> shared_;
     Value* sharedPlace_ = nullptr;
     uint32_t keptPlace_ = 0;

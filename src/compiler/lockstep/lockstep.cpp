@@ -37,8 +37,8 @@ bool hasMasks(LentMachine& machine) {
 
 constexpr const char* kNoGain = "it would not gain by it";
 
-// The distance of a value from lane to lane, if it can be derived. A guess for values that are
-// clamped or wrap around. Assumes blocks at least a warp wide.
+// Derives the difference of a value between neighbouring lanes, if possible. The result is a guess
+// for values that are clamped or wrap around. Assumes blocks at least a warp wide.
 class Strides {
 public:
     explicit Strides(const LockstepPlan& plan)
@@ -62,7 +62,7 @@ private:
         const auto* instruction = dyn_cast<Instruction>(value);
         if (!instruction)
             return {};
-        // A value that depends on itself counts as unknown first, which a phi ignores.
+        // A value that depends on itself is unknown at first; a phi ignores unknown inputs.
         const auto [known, isNew] = known_.try_emplace(instruction);
         if (!isNew)
             return known->second;
@@ -118,7 +118,8 @@ private:
         }
     }
 
-    // At the head of a loop, use the value from before the loop, on which the others depend.
+    // At the head of a loop, use the value from before the loop, because the other inputs depend on
+    // it.
     Stride join(const llvm::PHINode& phi) {
         const llvm::Loop* loop = plan_.loops().getLoopFor(phi.getParent());
         const bool isHead = loop && loop->getHeader() == phi.getParent();
@@ -153,10 +154,11 @@ const llvm::Type* accessType(const Instruction& access) {
     return access.getType();
 }
 
-// Without meeting points, running one thread after the other is correct, too. Estimates the cost of
-// both forms in instructions: vector instructions against instructions repeated per lane.
+// Whether the kernel gains from vectors. Without meeting points, running one thread after the other
+// is correct, too. Compares estimates in instructions: vector instructions against instructions
+// repeated per lane.
 bool paysOff(const LockstepPlan& plan) {
-    constexpr double kLanesAtOnce = 8; // of 16 in a vector, as not all lanes are always active
+    constexpr double kLanesAtOnce = 8; // of 16 in a vector: not all lanes are always active
     constexpr double kRoundOfLane = 6; // around an instruction repeated per lane
     constexpr double kCall = 20, kRounds = 8; // of a function; of a loop
     constexpr double kFar = 6; // an access with addresses that are not consecutive, for each lane
@@ -248,9 +250,9 @@ void inlineMeetings(Unit& unit) {
 
 namespace {
 
-// Whether functions that were not inlined into the kernel have meeting points, end threads or ask
-// for a thread's own frames. A thread could then stop inside a frame that lockstep code does not
-// manage, and memory of the kernel is not in the thread's frames.
+// Whether the function or its callees have meeting points, end threads or ask for a thread's own
+// frames. If such a function is not inlined into the kernel, a thread could stop inside a frame
+// that lockstep code does not manage, and the kernel's memory is not in the thread's frames.
 bool callsMeetings(const llvm::Function& function, std::set<const llvm::Function*>& seen) {
     for (const Instruction& instruction : llvm::instructions(function)) {
         const auto* call = dyn_cast<CallInst>(&instruction);
@@ -284,7 +286,7 @@ bool calleesMeet(const llvm::Function& kernel) {
 // instruction of the vector code. Longer kernels get code by runs (lockstep/runs.cpp).
 constexpr unsigned kLongKernel = 512, kLongVectorCode = 5000;
 
-// Of a warp. The values of a longer kernel would not stay in the processor's caches.
+// The largest frame of a warp. Values in a larger frame would not stay in the processor's caches.
 constexpr uint32_t kMostFrameBytes = 1 << 20;
 
 // Writes the code as vectors or, if those are too many, by runs. Null if its values take too much
@@ -306,7 +308,8 @@ llvm::Function* writeCode(const LockstepPlan& plan, llvm::Function& source, bool
     return info.lockstepFrameBytes > kMostFrameBytes ? drop() : made;
 }
 
-// Makes the code of `copy`, a copy of the kernel. Returns why there is none; empty if there is.
+// Generates code from `copy`, a copy of the kernel. Returns the reason if it cannot, else an empty
+// text.
 std::string addCode(Unit& unit, Optimizer& optimizer, LentMachine& machine, llvm::Function& copy,
                     bool isFlushed, bool needsSteps, bool byRuns, KernelInfo& info) {
     LockstepPlan plan(copy);

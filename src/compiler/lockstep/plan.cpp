@@ -2,11 +2,11 @@
 // See lockstep/plan.h.
 //
 // A value is uniform if it is computed from uniform values. The thread's indices, loads from
-// varying addresses and results of meeting points are not uniform. After a branch on a varying
-// value, lanes diverge: values that merge where the paths join vary, and so do values used after a
-// loop that lanes leave at different times. Lanes that continue from a point together may have
-// reached it on different paths: the code compares the uniform values live there
-// (lockstep/emit.cpp), and only lanes with equal values continue together.
+// varying addresses and results of meeting points are not uniform. Lanes diverge at a branch on a
+// varying value. Phis at the joins of its paths then vary, and so do values used after a loop that
+// lanes leave at different times. Lanes that continue from a point together may have reached it on
+// different paths. The code therefore compares the uniform values live there (lockstep/emit.cpp),
+// and only lanes with equal values continue together.
 #include "compiler/lockstep/plan.h"
 
 #include "compiler/passes/flush.h"
@@ -84,8 +84,8 @@ bool isPure(const llvm::Function* function) {
 
 } // namespace
 
-// Code after the end of a thread is unreachable. A wait at a barrier object returns without a
-// result if no thread can be switched to: a pause after it lets others run.
+// Makes code after the end of a thread unreachable. A wait at a barrier object returns without a
+// result if the launcher cannot switch threads, so a pause after it lets other threads run.
 void LockstepPlan::endThreads() {
     std::vector<CallInst*> calls, waits;
     for (Instruction& instruction : llvm::instructions(function_))
@@ -176,10 +176,11 @@ bool LockstepPlan::check() {
     return true;
 }
 
-// Threads often walk through memory in steps as wide as the grid. A warp that runs alone reads a
-// few cache lines of each page, and the other warps of the block read the same page much later;
-// memory is fast only if they stay together. So innermost loops in which each lane reads memory get
-// a point at which a warp that has changed pages several times lets the others catch up.
+// Threads often stride through memory by the width of the grid. A warp that runs alone reads a few
+// cache lines of each page, and the other warps of the block read the same page much later. Memory
+// is fast only if the warps stay together. Innermost loops in which each lane reads memory
+// therefore get a point at which a warp that has changed pages several times lets the others catch
+// up.
 void LockstepPlan::addPauses() {
     llvm::FunctionCallee pause = function_.getParent()->getOrInsertFunction(
         laneFunction(ptx::Lockstep::kPause).name, llvm::Type::getVoidTy(function_.getContext()));
@@ -412,7 +413,7 @@ bool LockstepPlan::isDivergentLoop(const llvm::Loop& loop) const {
     for (const BasicBlock* block : loop.blocks()) {
         if (!divergentBranches_.contains(block))
             continue;
-        // Whether lanes that diverge here can leave the loop before they meet again.
+        // Whether lanes that diverge here can leave the loop before they reconverge.
         const auto* node = postDominators_.getNode(block);
         const BasicBlock* meeting = node && node->getIDom() ? node->getIDom()->getBlock() : nullptr;
         llvm::DenseSet<const BasicBlock*> seen;
@@ -431,7 +432,7 @@ bool LockstepPlan::isDivergentLoop(const llvm::Loop& loop) const {
     return false;
 }
 
-// Lanes diverge at the end of this block: marks the blocks where they meet again.
+// Lanes diverge at the end of this block: marks the blocks where they reconverge.
 void LockstepPlan::addDivergence(const BasicBlock& block) {
     const auto* node = postDominators_.getNode(&block);
     const BasicBlock* meeting = node && node->getIDom() ? node->getIDom()->getBlock() : nullptr;
@@ -456,8 +457,8 @@ void LockstepPlan::addDivergence(const BasicBlock& block) {
                 comeTo(successor);
                 continue;
             }
-            // Back edges join no lanes, as all lanes of a loop are in one round. But these lanes
-            // leave the loop in another round than the others, at any of its exits.
+            // Back edges join no lanes, because all lanes of a loop are in one iteration. But these
+            // lanes leave the loop in another iteration than the others, at any of its exits.
             llvm::SmallVector<BasicBlock*, 8> exits;
             loop->getExitBlocks(exits);
             for (const BasicBlock* exit : exits)

@@ -18,19 +18,19 @@
 
 namespace sunstone::compiler {
 
-// The run-time function that is called, also if the call goes through the processor's default mode
+// The called run-time function, even if the call goes through the processor's default mode
 // (flush.h); null for other calls.
 llvm::Function* calleeOf(const llvm::CallBase& call);
 
-// Whether the instruction reads which lanes of the warp are active: the same for all lanes that
-// read it together.
+// Whether the instruction reads the mask of active lanes, which is equal for all lanes that read it
+// together.
 bool asksForLanes(const llvm::Instruction& instruction);
 
 struct MeetingPoint {
     llvm::CallInst* call = nullptr; // alone in its block, except for the branch
     llvm::BasicBlock* next = nullptr;
     uint32_t kind = 0, mode = 0;          // devlib::LockstepKind; ~0: the mode is not constant
-    std::vector<llvm::Instruction*> live; // needed after it, without its own result
+    std::vector<llvm::Instruction*> live; // live after it, except its own result
 };
 
 // A block, or a loop of such steps whose first block is the head.
@@ -46,8 +46,8 @@ public:
     // their own.
     explicit LockstepPlan(llvm::Function& function) : function_(function) {}
 
-    // False, with a reason, if the kernel cannot be handled. Before `analyze`, passes must simplify
-    // loops and turn switches into branches.
+    // Call endThreads() first. Passes must then simplify loops and turn switches into branches
+    // before `analyze`, which returns false, with a reason, for kernels without lockstep code.
     void endThreads();
     bool analyze();
     const std::string& reason() const { return reason_; }
@@ -56,9 +56,10 @@ public:
     const std::vector<MeetingPoint>& points() const { return points_; }
     const std::vector<Step>& steps() const { return steps_; }
     const llvm::LoopInfo& loops() const { return loops_; }
-    // All lanes that run together have the same value.
+    // Whether all lanes that run together have the same value.
     bool isUniform(const llvm::Value* value) const { return !varying_.contains(value); }
-    // Computed at every entry from values that a warp always has; never live across points.
+    // Instructions computed at every entry from values that a warp always has, so they are never
+    // live across points.
     const std::vector<llvm::Instruction*>& prologue() const { return prologue_; }
     bool isInPrologue(const llvm::Value* value) const { return inPrologue_.contains(value); }
     // Whether inactive lanes still need the value: it is used after its loop.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // LockstepEmitter: code by runs, for long kernels.
 //
-// Vectors of 32 take several times as long to compile as code for one thread. Code by runs holds
+// Vectors of 32 take several times as long to compile as code for one thread. Code by runs contains
 // each instruction once: a run of instructions of a block executes for one lane after the other.
-// The lanes stay in step at memory that other lanes may see: a run reads such memory, or accesses
-// it in one instruction that may write. Values needed outside their run are arrays of 32 in memory.
+// The lanes stay in step at memory that other lanes may access: a run only reads such memory, or
+// accesses it in a single instruction, which may write. Values used outside their run are arrays of
+// 32 in memory.
 #include "compiler/lockstep/emit.h"
 
 #include <llvm/Analysis/ValueTracking.h>
@@ -52,7 +53,7 @@ void LockstepEmitter::Run::note(const Instruction& instruction) {
     reads |= instruction.mayReadFromMemory();
 }
 
-// Uniform values that live across points have places in one array, of 8 bytes each.
+// Uniform values that live across points have places of 8 bytes in one array.
 void LockstepEmitter::beginRuns() {
     size_t most = 0;
     for (const MeetingPoint& point : plan_.points()) {
@@ -100,8 +101,8 @@ void LockstepEmitter::emitRuns(BasicBlock& block) {
     emitRun(run);
 }
 
-// Values used by the block's own runs alone share memory: a place is free after the last use. The
-// lanes of a run use it one after another, so all values of a place have the same size.
+// Values used only by the block's own runs share memory: a place is free after the last use. The
+// lanes of a run use a place one after another, so all its values have the same size.
 void LockstepEmitter::findSlots(BasicBlock& block) {
     slots_.clear();
     llvm::DenseMap<const Instruction*, unsigned> order;
@@ -232,8 +233,8 @@ Value* LockstepEmitter::callRunTime(const char* name, llvm::Type* result,
     return builder_.CreateCall(function, arguments);
 }
 
-// A warp function is answered by the run-time if its lanes are here. Otherwise the lanes leave: the
-// values that differ between them stay where they are, uniform ones go to the frame.
+// The run-time computes a warp function if all its lanes are here. Otherwise the lanes leave:
+// values that differ between them stay in their arrays, uniform values are stored in the frame.
 void LockstepEmitter::meetByLane(const MeetingPoint& point, uint32_t what) {
     if (point.kind == devlib::kMeetPause && point.mode == 0) // warps need not stay together
         return emitEdge(*point.call->getParent(), *point.next, mask_, nullptr);
@@ -294,7 +295,7 @@ void LockstepEmitter::resumeByLane(const MeetingPoint& point) {
     goOn(point, mask_);
 }
 
-// Null if there are none.
+// Returns null if there are no such values.
 Value* LockstepEmitter::moveShared(const MeetingPoint& point, const char* function,
                                    llvm::Type* result, Value* bits) {
     std::vector<uint16_t> which;

@@ -21,7 +21,7 @@ using llvm::Value;
 
 namespace {
 
-// Where an address comes from.
+// The origin of an address.
 struct Root {
     // A variable, or the argument from which a load at `offset` reads the base: a parameter of the
     // kernel, or the base of shared memory in the thread. Null: unknown.

@@ -12,7 +12,7 @@ using llvm::dyn_cast;
 using llvm::Value;
 
 // Whether every lane names the same partners, including itself, and all partners that have not
-// ended are active. The code notes partners that have ended.
+// ended are active. The emitted code tracks lanes that have ended.
 Value* LockstepEmitter::canAnswer(const MeetingPoint& point, Value* bits) {
     Value* operand = point.call->getArgOperand(point.kind == devlib::kMeetShuffle ? 5 : 2);
     Value* same = builder_.getTrue();

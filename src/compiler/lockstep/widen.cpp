@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // LockstepEmitter: single instructions.
 //
-// Arithmetic has vector forms, which give the scalar result's bits in each lane. Memory is accessed
-// at once if the lanes' addresses are consecutive. The code tests this at run time, because indices
-// take too many forms for a static answer. All other instructions run for one lane after the other,
-// in order.
+// Arithmetic has vector forms, which give the scalar result's bits in each lane. A load or store
+// accesses memory for all lanes at once if their addresses are consecutive. The code tests this at
+// run time, because indices take too many forms for a static answer. All other instructions run for
+// one lane after the other, in order.
 #include "compiler/lockstep/emit.h"
 
 #include <llvm/Analysis/VectorUtils.h>
@@ -19,8 +19,8 @@ using llvm::Instruction;
 using llvm::isa;
 using llvm::Value;
 
-// Addresses in the thread's own description used only to read its fields, which the prologue has
-// loaded.
+// Whether the instruction is an address in the thread's description whose only uses read fields.
+// The prologue has loaded these fields.
 bool LockstepEmitter::isFieldAddress(const Instruction& instruction) const {
     const auto* address = dyn_cast<llvm::GetElementPtrInst>(&instruction);
     return address && address->getPointerOperand() == source_.getArg(0) &&
@@ -145,8 +145,8 @@ Value* LockstepEmitter::widen(Instruction& instruction) {
             indices.push_back(operand(index));
         made = builder_.CreateGEP(address->getSourceElementType(),
                                   operand(address->getPointerOperand()), indices);
-        // Each round of a loop may have one address for all its lanes. After the loop the lanes
-        // have those of different rounds.
+        // In each iteration of a loop, all lanes may have one address. After the loop, the lanes
+        // have addresses of different iterations.
         return made->getType()->isVectorTy() ? made : splat(made);
     } else if (auto* part = dyn_cast<llvm::ExtractValueInst>(&instruction)) {
         return builder_.CreateExtractValue(here_.lookup(part->getAggregateOperand()),
@@ -192,8 +192,8 @@ Value* LockstepEmitter::widenCall(llvm::CallInst& call) {
 Value* LockstepEmitter::widenDivision(llvm::BinaryOperator& division) {
     if (!hasMasks_ || bitsOf(division.getType()) != 32)
         return nullptr;
-    // No instruction divides vectors of integers. In double precision a quotient of 32-bit numbers
-    // is never rounded up to a whole number.
+    // Processors have no division of integer vectors. In double precision, the quotient of 32-bit
+    // numbers is never rounded up to an integer.
     const bool isSigned =
         division.getOpcode() == Instruction::SDiv || division.getOpcode() == Instruction::SRem;
     const bool isQuotient =
@@ -248,8 +248,8 @@ LockstepEmitter::Nearness LockstepEmitter::nearnessOf(Value* pointer, uint64_t b
     return nearness;
 }
 
-// One path for active lanes with consecutive addresses, one for the others. Stores by all lanes
-// have a third path, because masked stores are slow.
+// Emits a path for active lanes with consecutive addresses and one for other addresses. Stores by
+// all lanes have a third path, because masked stores are slow.
 Value* LockstepEmitter::byNearness(Value* address, uint64_t bytes, bool isWrite, const Near& near,
                                    const std::function<Value*()>& far) {
     const Nearness nearness = nearnessOf(address, bytes);
@@ -342,7 +342,7 @@ bool LockstepEmitter::widenStore(llvm::StoreInst& store) {
     return true;
 }
 
-// The last active lane's value is stored, as if the lanes wrote one after the other.
+// Stores the last active lane's value, as if the lanes wrote one after the other.
 void LockstepEmitter::storeUniformAddress(llvm::StoreInst& store) {
     Value* leading =
         builder_.CreateBinaryIntrinsic(llvm::Intrinsic::ctlz, maskBits(mask_), builder_.getTrue());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The classic API as a flavor of device code. The kind of a program is where the application binds
-// it: names say nothing.
+// The classic API as a flavor of device code. The place where the application binds a program
+// determines its kind; names do not.
 #include "compiler/optix6/intrinsics.h"
 #include "compiler/optix6/lower.h"
 #include "compiler/optix6/texture_calls.h"
@@ -29,7 +29,8 @@ public:
     std::string launchDimension(char component) const override {
         return std::string("_rt_launch_dim_") + component;
     }
-    // Source files declare the same variables: the current ray, attributes, the launch index.
+    // Modules do not link, because all source files declare the same variables: the current ray,
+    // attributes, the launch index.
     bool linksModules() const override { return false; }
     bool isProgramName(std::string_view) const override { return false; }
     bool allowsRecursion() const override { return true; }

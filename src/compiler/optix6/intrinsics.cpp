@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table behind find(). Rules of where calls are legal: OptiX 6.0 API reference, section 5.24.
+// The table behind find(). Source of the program kinds that may call each function: OptiX 6.0 API
+// reference, section 5.24.
 #include "compiler/optix6/intrinsics.h"
 
 #include <unordered_map>

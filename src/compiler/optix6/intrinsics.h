@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of `_rt_*` functions that classic PTX may call, and the address-of functions of
-// variables that the flavor makes up. No LLVM here. Read next: optix6/lower.cpp.
+// The table of `_rt_*` functions that classic PTX may call, and of the flavor's own functions that
+// return addresses of variables. No LLVM here. Read next: optix6/lower.cpp.
 #pragma once
 
 #include "compiler/flavor.h"

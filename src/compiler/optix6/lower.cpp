@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // See optix6/lower.h. Offsets come from the structs of devlib/abi.h and devlib/classic.h.
 //
-// Variables become addresses: a slot of the program's block, a field of the state, or for those
-// that change while a program holds their address a copy in its frame. The last are the current
-// ray, whose members stand in another order in the state, and attributes in intersection programs:
-// a report passes the copies on, as the blocks behind it trade places.
+// Variables become addresses: a slot of the program's block, a field of the state, or a copy in the
+// program's frame. Two kinds have copies. The members of the current ray have another order in the
+// state. Attributes in intersection programs change while a program holds their address; a report
+// passes the copies on, because it exchanges the attribute blocks.
 #include "compiler/optix6/lower.h"
 
 #include "base/error.h"
@@ -64,7 +64,7 @@ const char* describe(ProgramKind kind) {
 // Lowers the calls of one program.
 class Lowering : public ProgramLowering {
 public:
-    // `program`: the function itself, or for a recursive function of a program that program.
+    // `program`: the function itself, or for a recursive function the program that calls it.
     Lowering(Unit& unit, llvm::Function& function, ProgramKind kind, llvm::Function& program)
         : ProgramLowering(unit, function, kind, kPrefix), program_(program),
           isHelper_(&program != &function) {}
@@ -96,7 +96,8 @@ public:
     }
 
 private:
-    // The body of a function that has been inlined everywhere, or has copies for all programs.
+    // Removes the intrinsics from a function that has been inlined everywhere, or that has copies
+    // for all programs.
     void dropCalls() {
         for (llvm::Instruction& each : llvm::make_early_inc_range(llvm::instructions(function_)))
             if (auto* call = llvm::dyn_cast<llvm::CallInst>(&each))
@@ -106,8 +107,8 @@ private:
                 }
     }
 
-    // Callables of one ray that have called one another are counted on the way down. A longer chain
-    // than the limit is the exception of a full stack.
+    // Counts the nested calls of callables below a ray's program. A chain above the limit raises
+    // the stack overflow exception.
     static constexpr size_t kCount = offsetof(RayState, payload) + devlib::kWordCallables * 4;
     void startCount() {
         if (unit_.rules().optix6.maxCallableDepth == 0)
@@ -133,9 +134,9 @@ private:
             }
     }
 
-    // Builders drop primitives whose boxes reach beyond what they can compute with. Programs give
-    // such boxes to what has no end, as a plane: these end just before. Boxes that are inverted or
-    // have NaN are left to the builders.
+    // Builders drop primitives whose boxes exceed their number range. Programs return such boxes
+    // for unbounded shapes, such as planes, so this clamps boxes to the range. Builders handle
+    // inverted boxes and NaN.
     void endBoxes() {
         llvm::Type* type = builder_.getFloatTy();
         for (llvm::BasicBlock& each : function_) {
@@ -172,7 +173,7 @@ private:
     unsigned exceptions() const { return unit_.rules().optix6.exceptions; }
     Value* number(uint64_t value) { return builder_.getInt64(value); }
 
-    // The element of a table whose first element stands for all invalid numbers.
+    // Loads an element of a table; element 0 is for all invalid indices.
     Value* ofTable(size_t table, size_t count, Value* index, llvm::Type* type) {
         Value* inside = builder_.CreateICmpULT(index, ofParams(count, word()));
         Value* safe = builder_.CreateSelect(inside, index, builder_.getInt32(0));
@@ -209,7 +210,7 @@ private:
         }
     }
 
-    // What ends a program, or belongs to its frame, is not for the recursive functions it calls.
+    // Recursive functions may not call intrinsics that end a program or use its frame.
     void requireProgramItself() const {
         const Op op = Op(intrinsic_->op);
         if (isHelper_ && (op == Op::kReport || op == Op::kPotential || op == Op::kIgnore ||
@@ -217,7 +218,8 @@ private:
             fault(ErrorCode::kInvalidFunctionUse, "cannot be used in a recursive function");
     }
 
-    // Callables that have been called since have their data in the field.
+    // Stores the program's own data before each call of a recursive function, because callables
+    // called in between have overwritten the field.
     void passDataToHelpers() {
         std::vector<llvm::CallInst*> calls;
         for (llvm::Instruction& each : llvm::instructions(function_))
@@ -321,8 +323,8 @@ private:
         }
     }
 
-    // Where its end is checked, a payload that is smaller than the variable counts as the bytes
-    // that the program reaches.
+    // If payload accesses are checked, compares the payload's size with the bytes that the program
+    // accesses, because a payload may be smaller than the variable.
     Value* payload(uint32_t bytes) {
         Value* memory = loadInvariant(state(), offsetof(RayState, payloadMemory), pointer());
         if (!(exceptions() & devlib::kClassicPayload))
@@ -332,7 +334,8 @@ private:
         return insideOr(builder_.CreateICmpULE(reached, size), memory, reached,
                         [&] { return builder_.getInt32(devlib::kCodePayload); });
     }
-    // Bytes from an address that loads and stores reach; `otherwise` where it has other uses.
+    // The number of bytes from an address that loads and stores access; `otherwise` if the address
+    // has other uses.
     uint32_t reachOf(const Value* address, uint32_t otherwise) const {
         const llvm::DataLayout& layout = unit_.module().getDataLayout();
         const auto bytesOf = [&](llvm::Type* type) {
@@ -353,7 +356,7 @@ private:
         }
         return uint32_t(std::min<uint64_t>(reach, otherwise));
     }
-    // Whether the user is an address at a constant offset from its operand.
+    // Whether the user computes an address at a constant offset from its operand.
     bool isPlaceBehind(const llvm::User& user, uint64_t& offset) const {
         if (llvm::isa<llvm::CastInst>(user))
             return user.getType()->isPointerTy() || user.getType()->isIntegerTy(64);
@@ -372,7 +375,7 @@ private:
         return true;
     }
 
-    // Variables that a program of this kind has no value of.
+    // Faults for a variable that has no value in a program of this kind.
     void checkUse(const DeviceVariable& variable) const {
         constexpr uint32_t kHits = kindBit(ProgramKind::kAnyHit) |
                                    kindBit(ProgramKind::kClosestHit) |
@@ -388,7 +391,8 @@ private:
                    variable.name, "\" has a semantic that programs of this kind do not have");
     }
 
-    // The data of the program's record; read on entry, as calls of callables overwrite the field.
+    // The data of the program's record. It is read on entry, because calls of callables overwrite
+    // the field.
     Value* data() {
         if (!data_) {
             llvm::IRBuilder<>::InsertPointGuard guard(builder_);
@@ -519,7 +523,7 @@ private:
         call_->eraseFromParent();
     }
 
-    // Of a node id; 0 where there is no such node, or no such type of rays.
+    // The handle of a node id; 0 for an invalid id or ray type.
     Value* handleOf(Value* node, Value* rayType, Value* rayTypes) {
         Value* handle = ofTable(offsetof(ClassicLaunch, nodes), offsetof(ClassicLaunch, nodeCount),
                                 node, builder_.getInt64Ty());
@@ -547,7 +551,7 @@ private:
             builder_.CreateAnd(builder_.CreateFCmpOGT(t, tmin), builder_.CreateFCmpOLT(t, tmax)),
             word());
     }
-    // Where the hit that may be reported next is.
+    // The distance of the potential hit.
     Value* distance() {
         if (!distance_) {
             distance_ = entryAlloca(builder_.getFloatTy(), 4);
@@ -577,7 +581,7 @@ private:
         call_->eraseFromParent();
     }
 
-    // Raises the exception of a child that the selector lacks.
+    // Raises an exception if the selector has no such child.
     void checkChild() {
         Value* node = loadInvariant(state(), offsetof(RayState, visited), pointer());
         Value* count = loadOfLaunch(node, offsetof(devlib::VisitNode, count), word());
@@ -630,7 +634,7 @@ private:
                             builder_.getInt64Ty());
     }
 
-    // On GPUs one load: the second of two would wait behind the test of the first.
+    // On GPUs this is one load. Of two loads, the second would wait for the test of the first.
     std::pair<Value*, Value*> dataAndWidth(Value* view) {
         static_assert(offsetof(BufferView, data) == 0 && offsetof(BufferView, size) == 8);
         if (!unit_.isGpu())
@@ -677,21 +681,22 @@ private:
         });
     }
 
-    // Whether a view is that of all ids that are invalid; buffers without elements have dimensions.
+    // Whether the view is the one for all invalid ids. Views of empty buffers have dimensions, this
+    // one has none.
     Value* isNoBuffer(Value* view) {
         return builder_.CreateICmpEQ(loadOfLaunch(view, offsetof(BufferView, dimensions), word()),
                                      builder_.getInt32(0));
     }
 
-    // Whether the elements of all buffers that variables bind have the size that the program
-    // accesses: launches refuse others where there is one such size.
+    // Whether the elements of all bound buffers have the size that the program accesses. Launches
+    // refuse other sizes if the program has one size for each buffer.
     bool hasFittingBuffers() const {
         return std::all_of(variables_.list.begin(), variables_.list.end(), [](const auto& each) {
             return each.use != VariableUse::kBuffer || each.elementBytes != 0;
         });
     }
 
-    // The builder goes on in a block that runs where the condition rarely holds.
+    // Continues in a block for the rare case that the condition holds.
     llvm::Instruction* splitRarely(Value* condition) {
         llvm::MDNode* rare = llvm::MDBuilder(unit_.context()).createBranchWeights(1, 10000);
         llvm::Instruction* end = llvm::SplitBlockAndInsertIfThen(condition, call_, false, rare);
@@ -699,7 +704,8 @@ private:
         return end;
     }
 
-    // The address, or outside of the buffer that of zeros. `code` makes the exception's code there.
+    // Returns `place`, or outside the buffer an address of zeros. `code` emits the exception code
+    // for that case.
     Value* insideOr(Value* inside, Value* place, Value* bytes, llvm::function_ref<Value*()> code) {
         llvm::BasicBlock* before = builder_.GetInsertBlock();
         llvm::Instruction* end = splitRarely(builder_.CreateNot(inside));
@@ -711,8 +717,9 @@ private:
         return result;
     }
 
-    // The address of zeros for one access, after the exception `code` where it is enabled. GPUs
-    // have no memory of threads but their frames.
+    // Raises the exception `code` if it is enabled, then returns the address of zeros for one
+    // access. On GPUs the zeros are in the frame, because threads have no other memory of their
+    // own.
     Value* zeros(Value* bytes, Value* code) {
         if (!unit_.isGpu())
             return callShared(offsetof(ClassicLaunch, outside), "", pointer(),
@@ -745,7 +752,7 @@ private:
 
     // ---- textures -----------------------------------------------------------------------------
 
-    // Of an id; 0, which reads as zeros, for others.
+    // The handle of a texture id; 0, which reads as zeros, for invalid ids.
     Value* textureHandle(llvm::Type* type) {
         Value* handle = ofTable(offsetof(ClassicLaunch, textures),
                                 offsetof(ClassicLaunch, textureCount), argument(0), type);
@@ -760,7 +767,8 @@ private:
     // ---- transforms ---------------------------------------------------------------------------
 
     // Rows of the 3x4 matrix of a kind (RT_WORLD_TO_OBJECT, RT_OBJECT_TO_WORLD). On GPUs each call
-    // has rows of its own, which endRows ends, so that they are not kept across traces.
+    // has rows of its own, whose lifetime endRows ends, so that frames do not keep them across
+    // traces.
     Value* matrixRows(Value* toWorld) {
         if (!rows_ || unit_.isGpu())
             rows_ = entryAlloca(llvm::ArrayType::get(builder_.getFloatTy(), 12), 4);
@@ -819,8 +827,8 @@ private:
 
     // ---- exceptions and printing --------------------------------------------------------------
 
-    // Nothing, where user exceptions are off or the code is none of a user exception. A wrong code
-    // is an exception of its own.
+    // Does nothing if user exceptions are off. A code outside the range of user exceptions raises
+    // an exception of its own, if enabled.
     void throwException() {
         const bool throws = unit_.rules().exceptionFlags & devlib::kFlagUser;
         const bool checks = exceptions() & devlib::kClassicUserCode;
@@ -856,7 +864,7 @@ private:
         return builder_.CreateGlobalString(source);
     }
 
-    // Codes of the run-time that are below zero have other numbers here.
+    // Converts the run-time's negative codes to those of the classic API.
     Value* exceptionCode() {
         Value* code = load(thread(), offsetof(ThreadState, exceptionCode), word());
         Value* result = builder_.CreateSelect(builder_.CreateICmpSLT(code, builder_.getInt32(0)),
@@ -916,7 +924,7 @@ public:
         for (llvm::Function* program : programs)
             addFor(*program);
     }
-    // The program whose copy a function is; null: it is none.
+    // The program for which the function is a copy; null: not a copy.
     llvm::Function* programOf(llvm::Function& function) const {
         const auto found = programs_.find(&function);
         return found == programs_.end() ? nullptr : found->second;
@@ -966,7 +974,7 @@ void lowerPrograms(Unit& unit) {
     std::vector<llvm::Function*> functions;
     for (llvm::Function& function : unit.module())
         if (!function.isDeclaration() &&
-            unit.facts().count(&function)) // others call nothing of the API
+            unit.facts().count(&function)) // other functions call no intrinsics
             functions.push_back(&function);
     for (llvm::Function* function : functions) {
         llvm::Function* const owner = copies.programOf(*function);

@@ -31,7 +31,7 @@ std::string results(const char* type, unsigned count) {
     return list;
 }
 
-// A function that looks at `dim` to choose among the lookups up to `last`.
+// A function that chooses by `dim` among the lookups up to `last`.
 struct Form {
     const char* name;
     const char* result; // type of the four results and of the instruction's
@@ -78,7 +78,7 @@ std::string defineSize() {
     return ".func (" + results("b32", 3) + ") " + std::string(kTextureCallPrefix) +
            "size_id (.reg .b32 id)\n{\n.reg .b64 h;\ncall (h), _rt_texture_handle, (id);\n" +
            "txq.width.b32 r0, [h];\ntxq.height.b32 r1, [h];\ntxq.depth.b32 r2, [h];\n" +
-           // GPUs say 0 for what a texture lacks.
+           // GPUs return 0 for dimensions that the texture lacks.
            "max.u32 r1, r1, 1;\nmax.u32 r2, r2, 1;\nret;\n}\n";
 }
 

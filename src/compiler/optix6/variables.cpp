@@ -12,7 +12,8 @@ namespace sunstone::compiler::optix6 {
 
 namespace {
 
-// The parts of a nested name in C++'s mangling, <length><identifier>...; empty where it has others.
+// The parts of a nested name in C++'s mangling, <length><identifier>...; empty if it has parts of
+// another form.
 std::vector<std::string_view> partsOf(std::string_view text) {
     std::vector<std::string_view> parts;
     while (!text.empty() && text[0] >= '0' && text[0] <= '9') {
@@ -52,7 +53,7 @@ std::string join(const std::vector<std::string_view>& parts) {
     return text;
 }
 
-// The variable that says something of another: in namespace `kind` beside it.
+// The variable in namespace `kind` that describes another variable.
 const ptx::Variable* companion(const ptx::Module& module, std::string_view symbol,
                                std::string_view kind) {
     std::vector<std::string_view> parts = scopesOf(symbol);
@@ -104,7 +105,7 @@ VariableUse useOf(const std::string& semantic, std::string& attribute) {
     return VariableUse::kValue;
 }
 
-// Compilers name texts with a '$'; an empty one has the type of a buffer.
+// Compilers name string literals with a '$'; an empty string has the type of a buffer.
 bool looksLikeBuffer(const ptx::Variable& variable) {
     return variable.name.find('$') == std::string_view::npos &&
            variable.space == ptx::Space::kGlobal && variable.isArray && variable.size == 1 &&
@@ -145,7 +146,7 @@ private:
     std::set<std::string_view>& names_;
 };
 
-// What registers hold that are written once, with a number or the address of a variable.
+// The values of registers that are written once, with a number or the address of a variable.
 class Constants {
 public:
     explicit Constants(const ptx::Function& function) {
@@ -185,8 +186,8 @@ private:
     std::map<uint32_t, const ptx::Instruction*> definitions_; // null: several, or of other kinds
 };
 
-// Notes how a function accesses buffers: the dimensions and the bytes of an element that its calls
-// name. Of accesses that differ nothing is noted.
+// Records how a function accesses buffers: the dimensions and the element size of its calls. If
+// accesses of a buffer differ, records nothing.
 void noteAccesses(const ptx::Function& function, std::vector<DeviceVariable>& variables) {
     const Constants constants(function);
     const auto note = [](uint32_t& known, const ptx::Operand* number) {
@@ -209,7 +210,7 @@ void noteAccesses(const ptx::Function& function, std::vector<DeviceVariable>& va
     }
 }
 
-// The definition of a function as code of `from` sees it.
+// The definition of a function that is visible from `from`.
 std::pair<const ptx::Module*, const ptx::Function*>
 findFunction(const std::vector<const ptx::Module*>& modules, const ptx::Module* from,
              std::string_view name) {

@@ -5,7 +5,7 @@
 // state, the others for a slot of the program's variable block, which the shell fills by the rules
 // of scopes. Buffers leave no description: they are one byte without an initialiser.
 //
-// Layouts depend on the PTX alone, so that the compiler and the shell agree. Source: OptiX 6.0 API
+// Layouts depend only on the PTX, so that the compiler and the shell agree. Source: OptiX 6.0 API
 // reference, sections 5.22 and 8.14. No LLVM here.
 #pragma once
 
@@ -50,7 +50,7 @@ struct DeviceVariable {
     uint32_t typeEnum = kTypePlain;
     uint32_t bytes = 0;
     uint32_t slot = 0; // offset in the program's block, of those found through scopes
-    // Of a buffer's elements and indices as the program accesses them; 0: its text does not tell.
+    // Size of a buffer's elements and number of its indices in the program's accesses; 0: unknown.
     uint32_t elementBytes = 0, dimensions = 0;
     const ptx::Variable* declaration = nullptr;
     bool isScoped() const {
@@ -59,7 +59,7 @@ struct DeviceVariable {
     }
 };
 
-// What the variable is, by what the module says of it. `slot` is not set.
+// Describes the variable by the module's declarations. Leaves `slot` unset.
 DeviceVariable describe(const ptx::Module& module, const ptx::Variable& variable);
 
 struct ProgramVariables {
@@ -71,7 +71,7 @@ struct ProgramVariables {
     const DeviceVariable* find(std::string_view symbol) const;
 };
 
-// Of a program and all functions that it may call; the modules are linked.
+// The variables of a program and of all functions that it may call; the modules are linked.
 ProgramVariables variablesOf(const std::vector<const ptx::Module*>& modules,
                              std::string_view function);
 

@@ -7,8 +7,8 @@
 
 namespace sunstone::compiler {
 
-// Compiles all programs of the module, for each payload type they support, as far as it takes to
-// know what is constant. Throws what is wrong; symbols of other modules are no fault here.
+// Compiles all programs of the module, for each payload type that they support, until the constants
+// are known. Throws the errors found; missing symbols of other modules are not errors.
 void checkByCompiling(const ptx::Module& module, const PipelineRules& rules,
                       const ModuleRules& moduleRules, const ModuleSummary& summary);
 

@@ -104,7 +104,8 @@ public:
     }
 
 private:
-    // The manual asks for the flag; without it user exceptions work here, but perhaps not elsewhere.
+    // The manual requires the flag. Sunstone's user exceptions also work without it; other
+    // libraries' may not.
     std::string remarkOnThrows() const {
         if (rules_.exceptionFlags & devlib::kFlagUser)
             return {};
@@ -154,7 +155,7 @@ private:
         }
     }
 
-    // nvcc -G jumps to the beginning of what it inlined.
+    // nvcc -G emits jumps to the beginning of inlined code.
     static bool leadsToNext(const ptx::Function& function, const ptx::Statement& jump) {
         const ptx::Statement* next = &jump + 1;
         const auto& operands = jump.instruction.operands;
@@ -268,7 +269,7 @@ private:
                  function.name, "\" has parameters; programs take none");
     }
 
-    // Everything `name` reaches by direct calls counts as the program's own.
+    // Adds the facts of all functions in the direct call graph of `name` to the program.
     void follow(std::string_view name, ModuleSummary::Program& program,
                 std::set<std::string_view>& visited) {
         const auto found = calls_.find(name);
@@ -314,7 +315,7 @@ private:
         typeMask_ = mask;
     }
 
-    // Whether the program may do what it does with the payload, for each type it supports.
+    // Checks the program's payload accesses for each type that it supports.
     void checkTypedAccess(std::string_view name, const ModuleSummary::Program& program,
                           std::set<std::string_view>& visited) const {
         const auto found = calls_.find(name);
@@ -364,7 +365,7 @@ private:
                                                                    // its type mask
 };
 
-// The payload types that the calls of a module name: for each how many words its traces pass.
+// The payload types in the calls of a module, each with the number of words that its traces pass.
 class NamedTypes {
 public:
     void add(const ptx::Function& function) {

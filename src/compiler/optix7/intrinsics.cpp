@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table behind findIntrinsic. Source of names and operands: the PTX that released headers emit;
-// of the rules where calls are legal: the device API's documentation of each function.
+// The table behind findIntrinsic. Source of names and operands: the PTX that released headers emit.
+// Source of the program kinds that may call a function: the device API's documentation of the
+// function.
 #include "compiler/optix7/intrinsics.h"
 
 #include "devlib/abi.h"
@@ -244,7 +245,7 @@ private:
     std::vector<Intrinsic> table_;
 };
 
-// Families of later releases whose members are many and all unavailable.
+// Families of later releases with many members, all of them unavailable.
 const Intrinsic* findFamily(std::string_view name) {
     static const auto& later =
         *new Intrinsic{"", unsigned(IntrinsicOp::kLater), 0, "", "", kAny, false, true, false};

@@ -213,7 +213,7 @@ private:
         return load(memory, number(), type);
     }
 
-    // Time is what a program says only where the pipeline has motion blur; else always 0.
+    // The program's time if the pipeline has motion blur, else 0.
     Value* timeOf(Value* time) {
         return unit_.rules().motionBlur ? time : llvm::ConstantFP::get(builder_.getFloatTy(), 0.0);
     }
@@ -262,7 +262,7 @@ private:
                                                     : loadInvariant(state(), number(), type);
     }
 
-    // A callable's data is read when it starts: calls it makes itself overwrite the field.
+    // A callable's data is read on entry, because the callable's own calls overwrite the field.
     Value* sbtData() {
         const bool callable =
             kind_ == ProgramKind::kDirectCallable || kind_ == ProgramKind::kContinuationCallable;
@@ -288,7 +288,7 @@ private:
             builder_.CreateSelect(isCustom, builder_.getInt32(devlib::kPrimitiveCustom), shape));
     }
 
-    // Of a custom primitive's hit the lowest bit of its kind tells, as in the driver's library.
+    // For custom primitives, the lowest bit of the hit kind decides, as in the driver's library.
     Value* isBackface(Value* kind) {
         const uint32_t bits = devlib::kHitShape | devlib::kHitShapeBack;
         Value* isBackOfShape = builder_.CreateICmpEQ(
@@ -352,7 +352,7 @@ private:
         }
     }
 
-    // Read in place of a record where the handle is not an instance.
+    // The record to read if the handle is not an instance.
     llvm::Constant* emptyInstance() {
         constexpr const char* kName = "sunstone.empty.instance";
         if (llvm::GlobalVariable* existing = unit_.module().getNamedGlobal(kName))
@@ -447,7 +447,7 @@ private:
             payloadOfTrace(mask, count, *callSite(unit_, *call_).rules, unit_.rules());
         if (payload.code != ErrorCode::kOk)
             fault(payload.code, payload.problem);
-        // Words that nobody looks at need not travel.
+        // Words that no program reads or writes are not passed.
         const auto carried = [&](unsigned i, PayloadAccess access) {
             return !payload.type || allows(payload.type->words[i], ProgramKind::kNone, access);
         };
@@ -497,7 +497,7 @@ private:
         finishTrace(results);
     }
 
-    // Hands out the payload; words past the count read as zero.
+    // Returns the payload to the caller of the trace; words past the count read as zero.
     void finishTrace(const std::vector<Value*>& results) {
         const auto valueOf = [&](unsigned index) {
             return index < results.size() ? results[index]

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replaces the `_optix_*` calls of programs by loads, stores and calls on RayState. Functions that
-// reach such a call are inlined by then (markIntrinsicUsers), and operands that must be constants
-// (payload slots, counts, types) are constants, or the program is at fault.
+// Replaces the `_optix_*` calls of programs by loads, stores and calls on RayState. Functions with
+// such calls, perhaps through others, have been inlined before (markIntrinsicUsers). Operands that
+// must be constant (payload slots, counts, types) are constants, or the program is invalid.
 #pragma once
 
 #include "compiler/optix7/intrinsics.h"

@@ -11,8 +11,8 @@ namespace sunstone::compiler {
 
 enum class PayloadAccess : uint32_t { kRead = 1, kWrite = 2 };
 
-// Whether the semantics of a word let programs of this kind (kNone: the caller of optixTrace)
-// access it so. Of kinds that have no payload: false.
+// Whether the semantics of a word allow this access to programs of this kind (kNone: the caller of
+// optixTrace). False for kinds without a payload.
 bool allows(uint32_t semantics, ProgramKind kind, PayloadAccess access);
 
 bool hasPayload(ProgramKind kind);
@@ -26,7 +26,7 @@ std::string payloadProblem(ProgramKind kind, uint32_t slot, PayloadAccess access
 // in, and never 0, which stands for an untyped payload.
 uint32_t payloadNumber(const PayloadType& type);
 
-// What a trace call with this type mask and word count passes.
+// The payload of a trace call with this type mask and word count.
 struct TracePayload {
     const PayloadType* type = nullptr; // null: untyped
     sunstone::Code code = sunstone::Code::kOk;             // or what is wrong
@@ -35,7 +35,7 @@ struct TracePayload {
 TracePayload payloadOfTrace(uint32_t mask, uint32_t count, const ModuleRules& module,
                             const PipelineRules& pipeline);
 
-// What is wrong (kPayloadTypeId) with a mask that names types the module does not have, or empty.
+// The error text (kPayloadTypeId) for a mask with types that the module lacks, or empty.
 std::string unknownTypes(uint32_t mask, const ModuleRules& module);
 // Mask 0 means all types of the module.
 uint32_t supportedTypes(uint32_t mask, const ModuleRules& module);

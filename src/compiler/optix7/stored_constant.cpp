@@ -30,7 +30,7 @@ std::optional<Place> placeOf(const llvm::Value* address, const llvm::Type* type,
     return Place{memory, begin, begin + int64_t(size.getFixedValue())};
 }
 
-// The store before `load`, in its block, of just the bytes that it reads.
+// The last store before `load` in its block, if it writes exactly the bytes that `load` reads.
 const llvm::StoreInst* lastStore(const llvm::LoadInst& load) {
     const llvm::DataLayout& layout = load.getDataLayout();
     const auto place = placeOf(load.getPointerOperand(), load.getType(), layout);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Constants that pass through a thread's own memory: compilers that do not optimise store arguments
-// of inlined functions and load them right away. Memory with accesses at variable places stays
-// memory (passes/optimizer.h), but the operands of some intrinsics have to be constants.
+// Constants that pass through local memory: without optimisation, compilers store arguments of
+// inlined functions and load them at once. Memory that is accessed at variable offsets is not
+// promoted (passes/optimizer.h), but the operands of some intrinsics must be constants.
 #pragma once
 
 #include <llvm/IR/Constants.h>

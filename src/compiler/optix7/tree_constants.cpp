@@ -18,7 +18,7 @@ bool isLoad(const ptx::Instruction& instruction) {
            instruction.operands[1].kind == OperandKind::kAddress && !instruction.has("volatile");
 }
 
-// Parameters of calls are a space of their own.
+// Parameters of calls are in a space of their own.
 bool isStore(const ptx::Instruction& instruction) {
     return instruction.facts->operation == Operation::kStore && !instruction.has("param");
 }
@@ -81,7 +81,7 @@ void TreeConstants::define(const ptx::Operand& target, size_t statement) {
     statements_[target.index] = statement;
 }
 
-// Null unless there is one alone, without a guard.
+// Null unless there is exactly one definition, without a guard.
 const ptx::Instruction* TreeConstants::definitionOf(const ptx::Operand& operand) const {
     if (operand.kind != OperandKind::kRegister || operand.component >= 0 ||
         operand.index >= definitions_.size() || definitions_[operand.index] != 1)
@@ -114,9 +114,9 @@ std::optional<uint32_t> TreeConstants::valueOf(const ptx::Operand& operand) cons
     return std::nullopt;
 }
 
-// What the nearest store above the load, in straight line, has put where the load reads. Null if
-// anything between may write there: addresses are known to differ only from the same base register,
-// which has one value.
+// The operand that the nearest store before the load, in straight-line code, writes to the loaded
+// bytes. Null if an instruction in between may write them. Two addresses are known to differ only
+// if they have the same base register, which has one definition.
 const ptx::Operand* TreeConstants::storedBefore(size_t load) const {
     const ptx::Instruction& reader = function_.body[load].instruction;
     const ptx::Operand& from = reader.operands[1];

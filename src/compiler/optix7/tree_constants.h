@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operands of a function that are known numbers, found in the tree before any code is made.
+// Operands of a function that are known numbers, found in the tree before code generation.
 #pragma once
 
 #include "ptx/ast.h"
@@ -12,8 +12,8 @@
 
 namespace sunstone::compiler {
 
-// Follows a register to its only definition: a number, a copy, or a load of what the function has
-// stored before (compilers that do not optimise keep arguments in memory).
+// Follows a register to its only definition: a number, a copy, or a load of a value that the
+// function has stored before (without optimisation, compilers keep arguments in memory).
 class TreeConstants {
 public:
     explicit TreeConstants(const ptx::Function& function);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // sin, cos, ex2, lg2, tanh against double precision: dense ranges, edges, both forms, and within
-// code that runs in flush mode. The limits are ours; PTX allows more.
+// code that runs in flush mode. The limits are Sunstone's; PTX allows larger errors.
 #include "compiler/testing.h"
 
 #include <random>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts bound values into the code: loads of launch parameters whose bytes are all bound become
-// constants, which later passes propagate. Other loads (with addresses computed at run time or
-// passed on) read memory, which holds the same values if the application keeps the API's contract.
-// Source: OptiX API reference 7.4, section 3.12.3.42.
+// Replaces loads of launch parameters whose bytes are all bound by constants, which later passes
+// propagate. Other loads (with addresses computed at run time or passed to functions) read memory,
+// which holds the same values if the application keeps the API's contract. Source: OptiX API
+// reference 7.4, section 3.12.3.42.
 #pragma once
 
 #include "compiler/translate/unit.h"

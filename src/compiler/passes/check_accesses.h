@@ -3,7 +3,7 @@
 // access to the checker (devlib::CheckedAccess). The translator marks the accesses of the PTX. The
 // pass turns the marks into calls; it runs after registers and local variables have become values.
 // Accesses to variables by name at offsets within them, and accesses that the compiler adds, are
-// not marked. Without the checker (base/config.h: checks("memory")) no marks or calls are made.
+// not marked. If the checker is off (base/config.h: checks("memory")), there are no marks or calls.
 #pragma once
 
 #include "compiler/translate/unit.h"

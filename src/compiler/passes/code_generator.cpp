@@ -47,7 +47,7 @@ public:
     }
 
 private:
-    // From the end, so that each instruction changes its block once.
+    // Splits from the end, so that each instruction changes its block only once.
     static void split(llvm::BasicBlock& block) {
         const llvm::Instruction* const first = &*block.getFirstInsertionPt();
         std::vector<llvm::Instruction*> places;
@@ -64,7 +64,7 @@ private:
 };
 char SplitBlocks::ID = 0;
 
-// A setting of LLVM's command line: the only form in which its passes have limits.
+// Sets an option of LLVM's command line, the only way to set limits of its passes.
 template <class T>
 void setOption(const char* name, T value) {
     auto& options = llvm::cl::getRegisteredOptions();
@@ -102,7 +102,7 @@ void limitCodeGenerator() {
 bool addCodeGenerator(llvm::TargetMachine& machine, const llvm::Module& module,
                       llvm::legacy::PassManager& passes, llvm::raw_pwrite_stream& stream) {
     auto& target = static_cast<llvm::LLVMTargetMachine&>(machine);
-    // What the passes are is decided from settings of the process.
+    // The choice of passes reads settings of the process.
     static std::mutex mutex;
     const std::lock_guard lock(mutex);
     setOption<bool>("disable-lsr", hasManyLoops(module));

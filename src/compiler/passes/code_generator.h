@@ -9,8 +9,8 @@
 
 namespace sunstone::compiler {
 
-// Before the first machine is made. Sets limits of LLVM's own passes, which are settings of the
-// process.
+// Sets limits of LLVM's own passes, which are settings of the process. Call before the first
+// machine is created.
 void limitCodeGenerator();
 
 // Adds the passes that write `machine`'s object code for `module`. False if it cannot write any.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // See flush.h. There are two ways to flush:
 //
-// 1. A comparison and a selection at each place (expand), left out where the value is known not to
-// be subnormal. Costs about four instructions.
+// 1. A comparison and a selection at each place (expand), omitted if the value is known to be
+// normal or zero. This costs about four instructions.
 //
 // 2. The processor's own mode, bit 15 of MXCSR: subnormal results become zeros of their sign, at no
 // cost. It applies to all instructions while it is set, so a function uses it as a whole, if nearly
@@ -378,7 +378,7 @@ bool paysOff(const Analyses& all, const Arithmetic& found) {
 }
 
 // Functions whose arithmetic the mode does not change and whose callers run in the mode get a copy
-// that runs in it too: the calls stay direct, and can be inlined.
+// that runs in the mode too, so that calls stay direct and can be inlined.
 void addCallees(const Analyses& all, std::set<llvm::Function*>& chosen) {
     std::vector<llvm::Function*> queue(chosen.begin(), chosen.end());
     while (!queue.empty()) {
@@ -425,7 +425,7 @@ void lowerFlushes(Unit& unit, bool hasFma) {
         if (paysOff(all, found)) {
             expand(*function, found.flushed, true);
             bodies[function] = modes.split(*function);
-        } else { // chosen for its callers' sake
+        } else { // chosen because of its callers
             llvm::Function* copy = modes.clone(*function, found.flushed);
             expand(*function, {}, false);
             expand(*copy, found.flushed, true);

@@ -13,7 +13,7 @@ constexpr const char* kFlushName = "sunstone.flush";
 // Appended to the name of a function that runs with results flushed by the processor.
 constexpr const char* kFlushedSuffix = ".flushed";
 
-// The function that holds the body of one that lowerFlushes has seen.
+// The function that holds the body of `function` after lowerFlushes.
 llvm::Function& flushedOf(Unit& unit, llvm::Function& function);
 
 // Prefix of the functions through which code in that mode calls code that needs the default mode:
@@ -21,7 +21,7 @@ llvm::Function& flushedOf(Unit& unit, llvm::Function& function);
 constexpr const char* kLeavePrefix = "leave.";
 
 // Makes all of a function run in the mode: its body moves to another function, which it calls. For
-// code made from a function that lowerFlushes has moved.
+// code made from a flushed body.
 void runFlushed(Unit& unit, llvm::Function& function);
 
 // hasFma: the code generator needs no library function for fma.

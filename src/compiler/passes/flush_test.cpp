@@ -36,8 +36,8 @@ std::vector<float> runKernel(const std::string& body, std::vector<float> in, siz
     return out;
 }
 
-// The exact product lies between the two rules: the processor takes it for subnormal, rounding on
-// the subnormal grid does not.
+// The two rules differ for the exact product: it is subnormal for the processor, but not if it is
+// rounded on the subnormal grid.
 TEST(FlushedMode, IsUsedWhereArithmeticIsFlushed) {
     const std::vector<float> in = {0x1.fffffep-1f, kSmallest};
     const std::string product = "mul.ftz.f32 %f5, %f1, %f2; st.f32 [%out], %f5;\n";
@@ -78,7 +78,7 @@ TEST(FlushedMode, ChoicesOfBothKindsAreFlushed) {
     }
 }
 
-// Code that optimisers fold, with a difference and products that are subnormal.
+// Code that the optimiser can fold, with a subnormal difference and subnormal products.
 TEST(FlushedMode, NothingIsFoldedAsIfResultsWereKept) {
     const auto out = runKernel(
         manyFlushes() +

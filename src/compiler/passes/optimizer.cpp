@@ -161,7 +161,7 @@ void Optimizer::optimize() {
     loops.addPass(llvm::LoopRotatePass());
     loops.addPass(llvm::LICMPass(llvm::LICMOptions()));
     llvm::LoopPassManager loopsLate;
-    // Lanes of kernels compute with vectors, of which numbers of 64 bits take twice as many.
+    // Lanes of kernels compute with vectors, and 64-bit numbers take twice as many vectors.
     const bool widensIndices = !unit_.flavor().isKernels();
     loopsLate.addPass(llvm::IndVarSimplifyPass(widensIndices));
     loopsLate.addPass(llvm::LoopDeletionPass());

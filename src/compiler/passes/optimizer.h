@@ -15,22 +15,24 @@ public:
     ~Optimizer();
 
     void promote(); // registers and local arrays from memory to values
-    // Loads of what was stored before, also from memory whose address calls get. Code that was not
-    // optimised passes its operands so, and lowering for GPUs needs the constants among them.
+    // Replaces loads by values stored before, also in memory whose address is passed to calls.
+    // Unoptimised code passes its operands in memory, and lowering for GPUs needs the constants
+    // among them.
     void forwardStores();
     void inlineAlways();
     void optimize(); // all further passes
     void dump(const char* stage);
 
-    // For one function of lockstep.h. simplifyControl brings loops and branches into the forms that
-    // it reads; the other promotes the places of the written code to values.
+    // For one function of lockstep.h: simplifyControl brings loops and branches into the forms that
+    // LockstepPlan reads; finishLockstep promotes the places of the emitted code to values.
     void simplifyControl(llvm::Function& function);
     void finishLockstep(llvm::Function& function, bool isLong);
     void forget(llvm::Function& function); // before it is erased
 
 private:
     struct Managers;
-    // Drops all analyses: lowering changes functions between the passes without notice.
+    // Drops all analyses, because lowering changes functions between the passes without notifying
+    // the pass manager.
     void begin();
     Unit& unit_;
     OptLevel level_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// LLVM passes of our own.
+// Sunstone's own LLVM passes.
 #pragma once
 
 #include <llvm/IR/PassManager.h>
@@ -7,8 +7,8 @@
 namespace sunstone::compiler {
 
 // Turns address arithmetic on integers into address arithmetic on pointers, if the integer comes
-// from a known pointer. Without it, local arrays cannot be promoted to registers and alias analysis
-// fails, because PTX computes addresses in integer registers.
+// from a known pointer. PTX computes addresses in integer registers, for which alias analysis and
+// the promotion of local arrays to registers would fail.
 class PointerPass : public llvm::PassInfoMixin<PointerPass> {
 public:
     llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager&);
@@ -18,9 +18,9 @@ public:
 // before it take too long, and are left out.
 constexpr unsigned kManyLoops = 256;
 
-// Turns the translator's registers, which are memory where several regions of a function use them,
-// into values. LLVM's pass for this walks over all later blocks for each register; this one walks
-// over the blocks in which a register is live.
+// Turns the translator's registers, which are in memory if several regions of a function use them,
+// into SSA values. LLVM's pass for this visits all later blocks for each register; this one visits
+// only the blocks in which the register is live.
 class RegisterPass : public llvm::PassInfoMixin<RegisterPass> {
 public:
     llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager&);

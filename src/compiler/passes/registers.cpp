@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// RegisterPass: see passes.h. Variables in .param space count as registers. A register with one
-// definition besides its first value, which dominates every read, is that definition. For others,
-// LLVM's SSAUpdater looks backwards from each read for the definitions that reach it.
+// RegisterPass: see passes.h. Variables in .param space count as registers. If a register has one
+// definition besides its first value, and the definition dominates every read, the definition
+// replaces the reads. For other registers, LLVM's SSAUpdater searches backwards from each read for
+// the reaching definitions.
 #include "compiler/passes/passes.h"
 
 #include <llvm/IR/DataLayout.h>
@@ -73,7 +74,7 @@ struct Accesses {
     llvm::SmallVector<llvm::StoreInst*, 8> stores;
 };
 
-// The only store but the first value's, if all loads follow it.
+// The only store besides that of the first value, if it dominates all loads.
 llvm::StoreInst* onlyDefinition(const Accesses& accesses, const llvm::DominatorTree& tree,
                                 const llvm::BasicBlock& entry) {
     llvm::StoreInst* only = nullptr;
@@ -108,8 +109,8 @@ llvm::PreservedAnalyses RegisterPass::run(llvm::Function& function,
     }
     if (registers.empty())
         return llvm::PreservedAnalyses::all();
-    // All before the first question about an order: instructions that are added make LLVM number a
-    // block again.
+    // All registers are unified before the first query of the instruction order, because added
+    // instructions make LLVM renumber the block.
     for (auto& [memory, accesses] : registers)
         accesses.unify();
     const auto& tree = analyses.getResult<llvm::DominatorTreeAnalysis>(function);

@@ -154,7 +154,7 @@ void addStackChecks(Unit& unit) {
     const std::set<llvm::Function*> recursive = recursiveFunctions(unit.module());
     std::vector<std::pair<llvm::Function*, uint64_t>> checked;
     for (llvm::Function& function : unit.module()) {
-        // Our functions without the hidden state, if any, do not recurse.
+        // Functions without the hidden parameter do not recurse.
         if (function.isDeclaration() || function.arg_empty() ||
             !function.getArg(0)->getType()->isPointerTy())
             continue;

@@ -2,8 +2,8 @@
 // Prevents stack overflows of device programs. Trace calls and callables check the stack on each
 // call (devlib), with a reserve for the functions called in between. Functions that may exceed the
 // reserve get a check of their own here: recursive functions, functions called through their
-// address, and functions with large frames. The check is in a small function in front, because a
-// large frame must not be entered before the check.
+// address, and functions with large frames. The check is in a small function that calls the body,
+// because it must precede the entry of a large frame.
 #pragma once
 
 #include "compiler/translate/unit.h"
@@ -16,8 +16,8 @@ constexpr const char* kCheckedSuffix = ".checked";
 // Call after all inlining. OptiX units only.
 void addStackChecks(Unit& unit);
 
-// Bytes that `function` takes with all functions it calls by name, each function of a cycle once;
-// `frames` are those reported by the code generator.
+// Bytes of stack that `function` and all functions that it calls by name take, with each function
+// of a cycle counted once. `frames` are the sizes reported by the code generator.
 uint32_t stackNeed(Unit& unit, const std::string& function,
                    const std::map<std::string, uint32_t>& frames);
 

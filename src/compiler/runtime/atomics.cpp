@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Atomics without a CPU instruction: 16-bit numbers, alone or in pairs, and float sums in global
-// memory, which GPUs flush.
+// memory, whose subnormals GPUs flush.
 #include "compiler/runtime/runtime.h"
 #include "compiler/runtime/small_floats.h"
 

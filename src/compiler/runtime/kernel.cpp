@@ -56,8 +56,8 @@ private:
     size_t offset_ = 0;
 };
 
-// What a call needs to print. It belongs to the thread of the processor: a read of device memory
-// may be a fault, which ends the call and passes over destructors (base/faults.h).
+// Buffers of a printf call. They belong to the CPU thread, because a fault at a read of device
+// memory ends the call without running destructors (base/faults.h).
 struct Printer {
     std::string out, spec;
 };
@@ -87,7 +87,7 @@ void append(std::string& out, const char* format, T... values) {
     out.resize(before + size_t(length));
 }
 
-// The value of an argument of 32 bits with that many modifiers "h" below zero.
+// The value of a 32-bit argument with -longs modifiers "h".
 template <class Half, class Quarter, class T>
 long long narrow(int longs, T value) {
     return longs == 0 ? static_cast<long long>(value) : longs == -1 ? Half(value) : Quarter(value);
@@ -127,8 +127,8 @@ void convert(Printer& to, int longs, char conversion, ArgumentReader& arguments)
 }
 
 // Reads the flags, width and precision of a conversion into `spec` and returns where they end.
-// longs: how many modifiers make the argument one of 64 bits; below zero how many make it smaller
-// than 32 bits.
+// longs: the number of modifiers that widen the argument to 64 bits; below zero, of modifiers that
+// narrow it.
 const char* readSpecification(const char* at, std::string& spec, int& longs,
                               ArgumentReader& arguments) {
     spec = "%";
@@ -247,8 +247,8 @@ void* allocate(void*, uint64_t size) {
     return block;
 }
 
-// Takes the mark away, so that a second call for the block finds none. The address may be any; the
-// sanitizer would report the read before the answer is known.
+// Removes the mark, so that a second call for the block finds none. The address may be invalid, so
+// the sanitizer must not check the read.
 __attribute__((no_sanitize("address"))) bool takeMark(void* block) {
     if (reinterpret_cast<uint64_t>(block) % alignof(BlockMark) != 0)
         return false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The run-time has every function that the code generator may call, and code that calls any other
-// is an error before it is kept.
+// The run-time has every function that the code generator may call. Code that calls any other
+// function is an error and is not stored.
 #include "compiler/flavor.h"
 #include "compiler/machine.h"
 #include "compiler/piece.h"
@@ -30,7 +30,7 @@ constexpr LibraryCall kCalls[] = {
 #undef HANDLE_LIBCALL
 };
 
-// Calls that code of the compiler cannot make.
+// Library calls that compiled code cannot contain.
 bool isExcluded(const std::string& name) {
     static const std::regex excluded(
         // types that compiled code lacks
@@ -91,7 +91,7 @@ public:
     unsigned inserts = 0;
 };
 
-// OptiX 7, but its programs call a function that the run-time lacks.
+// The flavor OptiX 7 with programs that call a function that the run-time lacks.
 class LostFlavor final : public Flavor {
 public:
     const char* name() const override { return "lost"; }

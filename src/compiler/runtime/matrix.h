@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Instructions that the 32 lanes of a warp execute together on matrices spread over their registers
 // (mma, wmma, ldmatrix, stmatrix, movmatrix). Each lane stores its operands in a block of its
-// frame. When all lanes have, one of them computes the results of all (runtime/matrix_calls.cpp).
-// matrix.cpp has the positions of elements, matrix_sums.cpp the sums of products.
+// frame. When all lanes have stored theirs, one lane computes the results of all
+// (runtime/matrix_calls.cpp). matrix.cpp has the positions of elements, matrix_sums.cpp the sums of
+// products.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +41,7 @@ inline bool isFloat(MatrixType type) {
 
 enum MatrixFlag : uint8_t {
     kMatrixSaturates = 1, // sums of integers
-    kMatrixAnd = 2,       // operation on bits; else exclusive or
+    kMatrixAnd = 2,       // of bits; else exclusive or
     kMatrixTransposes = 4,
     kMatrixWide = 8,      // wmma: fragments as made by wmma.load
     kMatrixColumnsA = 16, // layouts of the fragments of m8n8k4 with halves

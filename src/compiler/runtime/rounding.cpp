@@ -121,7 +121,8 @@ double fromSigned64(int64_t a) {
     asm volatile("cvtsi2sdq %1, %0" : "+x"(result) : "r"(a));
     return result;
 }
-// Halved with the lost bit kept sticky: the rounding is the same, and doubling is exact.
+// Halves; the lost bit stays sticky, so the rounding does not change, and doubling the result is
+// exact.
 uint64_t halved(uint64_t a) {
     return (a >> 1) | (a & 1);
 }

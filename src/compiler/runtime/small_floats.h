@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of formats and roundings, which the translator passes to the run-time's conversions.
+// Codes of formats and roundings that the translator passes to the run-time's conversions.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@ namespace sunstone::compiler {
 
 enum class SmallFormat : uint32_t { kHalf, kBrain, kTensor32, kE4m3, kE5m2 };
 enum class SmallRounding : uint32_t { kNearest, kZero, kDown, kUp, kAway };
-// Added to the rounding: too large values become the largest finite number.
+// Flag added to the rounding: values above the range become the largest finite number.
 constexpr uint32_t kSmallFinite = 8;
 
 // The bits of a number in a format; the canonical NaN for any NaN. tf32: without its 13 low bits.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the NT_GNU_BUILD_ID note (ELF specification, note sections) from our own program headers.
+// Reads the NT_GNU_BUILD_ID note (ELF specification, note sections) from the program headers of
+// this binary.
 #include "compiler/store/build_id.h"
 
 #include <elf.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A compiled piece of a pipeline before it has an address: one program, or the variables of all.
-// Pieces are compiled side by side on several threads, kept by tasks and in the disk cache, and
-// linked by compilePipeline. What a piece refers to outside itself are run-time functions, by
-// name, and variables, by VariableId. No LLVM here. Read next: compiler/piece.h.
+// Pieces are compiled in parallel, stored by tasks and in the disk cache, and linked by
+// compilePipeline. A piece refers to run-time functions by name and to variables by VariableId. No
+// LLVM here. Read next: compiler/piece.h.
 #pragma once
 
 #include <cstdint>

@@ -28,7 +28,7 @@ private:
 };
 
 inline void addRules(Digest& digest, const PipelineRules& rules) {
-    // Names every field: a new one does not compile until it is part of the key.
+    // Names every field, so that a new field does not compile until it is part of the key.
     const auto& [launchParams, exceptionFlags, primitiveTypeFlags, traversableGraphFlags,
                  motionBlur, optix7, optix6] = rules;
     const auto& [numPayloadValues, numAttributeValues] = optix7;

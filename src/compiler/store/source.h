@@ -12,7 +12,7 @@
 
 namespace sunstone::compiler {
 
-// Any thread may call.
+// Thread-safe.
 class Source {
 public:
     // For a text known to be valid, up to its first NUL.

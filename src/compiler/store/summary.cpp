@@ -18,7 +18,7 @@ std::string ModuleSummary::serialize() const {
     out.number(kMagic);
     out.number(uint32_t(programs.size()));
     for (const Program& program : programs) {
-        // Names every field: a new field does not compile until it is stored.
+        // Names every field, so that a new field does not compile until it is stored.
         const auto& [name, kind, payloadWords, traces, callsContinuation, words, payloadTypes,
                      statements, estimatedStack] = program;
         out.text(name);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stored module summaries: serialisation, keys, and that a stored summary avoids making the tree.
+// Stored module summaries: serialisation, keys, and reuse without a tree.
 #include "compiler/testing.h"
 #include "compiler/optix7/program_kind.h"
 

@@ -37,7 +37,7 @@ llvm::Type* bitsLike(llvm::Type* type) {
     return type->isVectorTy() ? llvm::FixedVectorType::get(bits, 2) : bits;
 }
 
-// All bits set except the sign, as the hardware makes it.
+// All bits set except the sign, as on GPUs.
 llvm::Constant* canonicalNan(llvm::Type* type) {
     llvm::Type* scalar = type->getScalarType();
     const llvm::fltSemantics& semantics = scalar->getFltSemantics();

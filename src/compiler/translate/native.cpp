@@ -48,7 +48,7 @@ bool isPlainComparison(const ptx::Instruction& instruction) {
     return !instruction.has("ftz") && (last == ptx::Type::kF32 || last == ptx::Type::kF64);
 }
 
-// LLVM's back end emits no loads and stores that order others, no atomic ones of 128 bits, and no
+// LLVM's back end cannot emit loads and stores that order others, 128-bit atomic ones, or
 // asynchronous ones.
 bool ordersOthers(const ptx::Instruction& instruction) {
     return instruction.has("acquire") || instruction.has("release") || instruction.has("mmio") ||
@@ -150,8 +150,8 @@ struct FunctionTranslator::Assembly {
     }
 };
 
-// A lookup of one dimension as one of a row of two: at the row's centre, without a gradient across.
-// Arrays of one dimension have no lookups by integers.
+// Writes a 1D lookup as a 2D lookup in one row: at the row's centre, with a zero gradient across.
+// 1D arrays have no lookups by integers.
 ptx::Instruction FunctionTranslator::rowLookup(const ptx::Instruction& line) {
     ptx::Instruction row = line;
     std::replace(row.modifiers.begin(), row.modifiers.end(), std::string_view("1d"),

@@ -22,9 +22,9 @@ namespace sunstone::compiler {
 
 using ErrorCode = sunstone::Code; // next to this folder's class Code
 
-// What the code is for. For GPUs the same intermediate code is made, with two differences:
-// instructions that no intermediate code stands for exactly stay what they are, as inline assembly
-// (translate/native.cpp), and the functions of LaunchState are linked by name.
+// What the code is for. The LLVM IR for GPUs differs in two points: instructions without an exact
+// LLVM equivalent stay PTX, as inline assembly (translate/native.cpp), and the functions of
+// LaunchState are linked by name.
 enum class Target : uint8_t { kCpu, kGpu };
 
 // Whether the unit defines the variables it uses, or refers to those of another piece of code.

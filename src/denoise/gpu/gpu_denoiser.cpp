@@ -124,7 +124,7 @@ private:
 
 GpuDenoiser::GpuDenoiser(const device::cuda::Driver& driver, device::cuda::MachineCodeSource* code)
     : driver_(driver), kernels_(driver, code, kernelSources()) {
-    // With unified addresses, which every GPU of today has, kernels use the host's pointer.
+    // With unified addresses, which all current GPUs have, kernels use the host's pointer.
     void* report = nullptr;
     check(driver_.memAllocHost(&report, sizeof(Report)), "cuMemAllocHost");
     report_ = new (report) Report{};
@@ -157,7 +157,7 @@ void GpuDenoiser::prepare(int guides) {
             needed.push_back(kernel);
     const uint32_t rows = firstRowOf(guides);
     for (uint32_t kernel = 0; kernel < kRowKernelCount; ++kernel)
-        if (guides != 0 || kernel != kDetail) // it exists with guides only
+        if (guides != 0 || kernel != kDetail) // exists only with guides
             needed.push_back(rows + kernel);
     kernels_.prepare(needed);
 }

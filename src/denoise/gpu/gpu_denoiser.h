@@ -14,8 +14,8 @@
 
 namespace sunstone::denoise::gpu {
 
-// The kernels, loaded into the context that is current when they are first needed. Calls need the
-// same context current; any thread may call.
+// The kernels, loaded at the first use into the context that is current then. Calls need the same
+// context current; any thread may call.
 class GpuDenoiser {
 public:
     // `code`: source of machine code; null: the driver compiles.
@@ -34,16 +34,15 @@ public:
     void abandon();
     // Writes the caller's state memory.
     void setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint32_t height);
-    // Frame::scale comes from `inputs`. A call that is refused when the stream reaches it leaves
-    // outputs unchanged; takeRefusals reports it.
+    // Frame::scale comes from `inputs`. If the stream reaches a call with invalid inputs, outputs
+    // stay unchanged and takeRefusals reports the call.
     void filter(CUstream stream, const Filter& filter, const Frame& frame, void* scratch,
                 const CallInputs& inputs);
-    // Write one and three floats, see denoise/statistics.h; scratch is as large as the API asks
-    // for.
+    // Write one and three floats, see denoise/statistics.h. The API defines the size of scratch.
     void intensity(CUstream stream, const Image& image, void* scratch, float* result);
     void averageColor(CUstream stream, const Image& image, void* scratch, float* result);
 
-    // Calls that have been refused meanwhile, each reported once. Never waits.
+    // Calls that have been refused since the last query, each reported once. Never waits.
     struct Refusal {
         CUstream stream;
         std::string text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Common to the kernels' files. Bodies are those of the CPU, compiled as device code here.
+// Shared by the files of kernels. The bodies are those of the CPU, compiled as device code.
 #pragma once
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 
 namespace sunstone::denoise::gpu {
 
-// A block of threads has a tile of pixels; tiles are numbered row by row.
+// Each block of threads has a tile of pixels; tiles are numbered row by row.
 constexpr uint32_t kTileWidth = 32, kTileHeight = 8;
 constexpr uint32_t kTileThreads = kTileWidth * kTileHeight;
 
@@ -18,8 +18,8 @@ constexpr uint32_t tilesDown(uint32_t height) {
     return (height + kTileHeight - 1) / kTileHeight;
 }
 
-// Most blocks of a kernel of the statistics: each writes its sums, a last block adds them up. Below
-// so many pixels the caller's memory may be too small for that, and there is one block.
+// The most blocks of a statistics kernel: each writes its sums, and a last block adds them up. For
+// images with fewer pixels the caller's memory may be too small for sums; there is one block then.
 constexpr uint32_t kMostLogBlocks = 512;
 constexpr uint32_t kPixelsForBlocks = 8192;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The begin of a call, the steps other than row kernels, and the statistics.
+// The start of a call, the steps other than row kernels, and the statistics.
 #include "denoise/gpu/kernel.h"
 
 using namespace sunstone::denoise;
@@ -54,7 +54,7 @@ SUNSTONE_STEP_KERNEL(sunstone_write, writeColor, job)
 SUNSTONE_STEP_KERNEL(sunstone_tone_map, toneMap, job)
 SUNSTONE_STEP_KERNEL(sunstone_structure, compareStructure, job)
 
-// The sums of the block's threads; thread 0 has them.
+// Adds up over the block's threads; thread 0 receives the sums.
 template <class Logs>
 static inline __device__ void addUp(Logs& logs) {
     __shared__ LogSum shared[kTileThreads];
@@ -72,7 +72,7 @@ static inline __device__ void addUp(Logs& logs) {
     }
 }
 
-// One block writes the result; each of several its sums, for addBlocks.
+// A single block writes the result; several blocks write their sums, for addBlocks.
 template <class Logs>
 static inline __device__ void addPixels(const Image& image, LogSum* sums, float* result) {
     Logs logs;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the CPU device knows of its allocations. Read next: memory.h.
+// The CPU device's data about an allocation. Read next: memory.h.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +39,7 @@ struct Allocation {
 // Memory that was freed and waits in the quarantine.
 struct FreedAllocation : Allocation {
     CallStack freedAt;        // empty unless memory is checked
-    bool withContext = false; // not freed by itself: its context ended
+    bool withContext = false; // freed because its context ended
 };
 
 } // namespace sunstone::device::cpu

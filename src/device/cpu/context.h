@@ -25,7 +25,7 @@ struct Context {
     std::atomic<unsigned> sharedConfig{0};
     // The CUDA API's number of the error that device code ended with; 0: none.
     std::atomic<int> fault{0};
-    void keepFault(int number, const std::string& text); // the first one stays
+    void keepFault(int number, const std::string& text); // only the first one is stored
     std::string faultText() const;
 
 private:

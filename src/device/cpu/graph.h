@@ -102,7 +102,7 @@ public:
     const std::vector<std::unique_ptr<GraphNode>>& nodes() const { return nodes_; }
     // Nodes such that each comes after those it depends on; fewer than all for a cycle.
     std::vector<GraphNode*> ordered() const;
-    // A copy with children copied too; `twins` gets copy by original.
+    // A copy, including children; `twins` receives the copy of each original.
     std::shared_ptr<Graph> clone(std::unordered_map<const GraphNode*, GraphNode*>* twins) const;
     // Keeps a resource, such as memory that nodes use, alive as long as the graph.
     void keep(std::shared_ptr<void> resource) { kept_.push_back({std::move(resource)}); }
@@ -164,7 +164,7 @@ private:
     static void flatten(const std::vector<Step>& steps, std::vector<Step>& into);
 
     std::vector<Step> steps_;
-    std::shared_ptr<Graph> source_; // keeps what the nodes need
+    std::shared_ptr<Graph> source_; // keeps the nodes' resources
     CompletionPtr last_;
 };
 

@@ -38,9 +38,9 @@ bool isHuge(size_t size) {
     return size >= kHugeFrom;
 }
 
-// A gap follows each allocation, so that calls refuse addresses behind it. While memory is checked,
-// a gap surrounds it, so that an access past its end does not hit another one. Builds with the
-// address sanitizer see such accesses of the library alone.
+// A gap follows each allocation, so that calls reject addresses behind it. While memory is checked,
+// gaps surround it, so that an access past its end does not reach another allocation. In builds
+// with the address sanitizer only accesses of the library are detected.
 size_t zoneBefore(size_t size) {
     return !isChecked() ? 0 : isHuge(size) ? Pages::kHugePage : Pages::pageSize();
 }
@@ -59,7 +59,7 @@ Block blockOf(const Allocation& allocation) {
             Pages::blockSize(withZones(allocation.size))};
 }
 
-// Marks or unmarks what lies around the memory in its block.
+// Marks or unmarks the gaps around the memory in its block.
 void markZones(void (*mark)(uintptr_t, size_t), uintptr_t base, size_t size, const Block& block) {
     mark(block.begin, base - block.begin);
     mark(base + size, block.begin + block.bytes - (base + size));
@@ -101,11 +101,11 @@ void* Memory::allocate(size_t size, MemoryKind kind, unsigned flags, const void*
                        bool& isZero) {
     if (size == 0)
         fail(Code::kInvalidValue, "an allocation of 0 bytes");
-    // The kernel overcommits: refuse sizes that could never be used.
+    // The kernel overcommits: reject sizes that can never be used.
     if (size > totalMemory() - std::min(totalMemory(), allocatedBytes()))
         fail(Code::kOutOfMemory, "no memory for ", size, " bytes: the device has ", totalMemory());
     Block block = pages().take(withZones(size), isHuge(size));
-    if (!block) { // what waits for reuse may make room
+    if (!block) { // memory that waits for reuse may make room
         quarantine_.empty();
         pages().trim();
         block = pages().take(withZones(size), isHuge(size));

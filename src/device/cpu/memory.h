@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory of the CPU device: host memory whose allocations are remembered by address, so that copies
-// out of range, double frees and foreign pointers are detected without accessing them. It lies in
-// address ranges of its own (pages.h), and freed memory loses access for a while (quarantine.h).
-// All functions may be called from any thread. Read next: pages.h, stream.h.
+// Memory of the CPU device: host memory with a table of allocations by address, so that copies out
+// of range, double frees and foreign pointers are detected without an access. It lies in address
+// ranges of its own (pages.h), and freed memory is inaccessible for a while (quarantine.h). All
+// functions may be called from any thread. Read next: pages.h, stream.h.
 #pragma once
 
 #include "device/cpu/allocation.h"
@@ -35,10 +35,10 @@ public:
     // Frees or forgets all memory of this owner.
     void releaseOwner(const void* owner);
 
-    // Reserves addresses without access, for memory to be mapped there: at `wanted` if they are
-    // free. Throws kOutOfMemory.
+    // Reserves addresses without access for later mappings: at `wanted` if they are free. Throws
+    // kOutOfMemory.
     uintptr_t reserveAddresses(size_t size, size_t alignment, uintptr_t wanted);
-    // Frees reserved addresses; nothing is mapped there any more.
+    // Frees reserved addresses; the caller has unmapped everything there.
     void freeAddresses(uintptr_t base, size_t size);
 
     // Removes access to memory freed so far. Each piece of work of a stream begins with it.

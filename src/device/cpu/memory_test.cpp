@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Address ranges and freed memory of the CPU device: nothing else lies in the ranges, freed memory
-// loses access and is remembered for a while, and what waits for reuse is bounded.
+// Address ranges and freed memory of the CPU device: the ranges contain nothing else, freed memory
+// loses access and is remembered for a while, and the memory that waits for reuse is bounded.
 #include "device/cpu/memory.h"
 
 #include "base/error.h"

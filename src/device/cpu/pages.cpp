@@ -21,7 +21,7 @@ namespace sunstone::device::cpu {
 
 namespace {
 
-// Fresh small blocks are made together: one system call gives all of them access.
+// New small blocks are made together, because one system call gives all of them access.
 constexpr size_t kTogetherBytes = size_t(256) << 10;
 
 constexpr int kNoAccess = MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE;
@@ -34,8 +34,8 @@ void* pointerOf(uintptr_t address) {
     return reinterpret_cast<void*>(address);
 }
 
-// All memory of the machine fits in a region, with room for freed addresses. Under a limit of the
-// process's addresses other uses need most of them.
+// A region is as large as all memory of the machine, with room for freed addresses. If the process
+// has a limit of addresses, regions are smaller, because other uses need most addresses.
 size_t usualRegion() {
     static const size_t usual = [] {
         size_t bytes = 2 * totalMemory() + (size_t(64) << 30);
@@ -116,7 +116,7 @@ Block Pages::reserve(size_t bytes, size_t alignment, uintptr_t wanted) {
     if (wanted && wanted % alignment == 0) {
         if (const Block block = takeColdAt(wanted, bytes))
             return block;
-        // Some regions are left for what comes later.
+        // Some regions are left for later requests.
         if (regionCount_ < kMostRegions / 2 && addRegionAt(wanted, bytes))
             return takeColdAt(wanted, bytes);
     }
@@ -178,7 +178,7 @@ Block Pages::takeCold(size_t bytes, size_t alignment) {
     return {};
 }
 
-// The cold block of that place, or an empty one.
+// The cold block at that place, or an empty one.
 Block Pages::takeColdAt(uintptr_t begin, size_t bytes) {
     auto found = coldByPlace_.upper_bound(begin);
     if (found == coldByPlace_.begin())
@@ -258,7 +258,7 @@ void Pages::removeCold(const Block& block) {
     coldBySize_.erase({block.bytes, block.begin});
 }
 
-// Sizes that the program no longer asks for would otherwise stay for ever.
+// Otherwise blocks of sizes that the program no longer requests would stay for ever.
 void Pages::dropWarm() {
     std::vector<Block> blocks;
     for (auto& [key, places] : warm_)

@@ -11,7 +11,7 @@
 //           size; warm blocks together have at most kWarmBytes
 //   cold    without access and without memory; cold neighbours are merged
 //
-// Read next: quarantine.h, which gives blocks back here.
+// Read next: quarantine.h, which returns blocks to this class.
 #pragma once
 
 #include <array>
@@ -47,17 +47,17 @@ public:
     // to one of eight sizes between two powers of two, so that warm blocks fit later requests.
     static size_t blockSize(size_t bytes);
 
-    // A block of readable and writable pages with undefined contents. `isHuge`: it begins at a
-    // multiple of kHugePage and asks for huge pages. Empty if the system has no room.
+    // A block of readable and writable pages with undefined contents. `isHuge`: starts at a
+    // multiple of kHugePage and requests huge pages. Empty if the system has no room.
     Block take(size_t bytes, bool isHuge);
     // Addresses without access, at `wanted` if they are free there. Empty if there is no room.
     Block reserve(size_t bytes, size_t alignment, uintptr_t wanted);
 
-    // Takes a block back that is readable and writable.
+    // Takes back a block that is readable and writable.
     void keepWarm(const Block& block, bool isHuge);
     // Removes access and memory of a block that stays taken.
     static void clear(const Block& block);
-    // Takes a cleared or reserved block back.
+    // Takes back a cleared or reserved block.
     void keepCold(const Block& block);
     // Returns the memory of all warm blocks to the system.
     void trim();
@@ -68,7 +68,7 @@ public:
 private:
     static constexpr size_t kMostRegions = 64;
 
-    // All of them are called under mutex_.
+    // The functions below are called under mutex_.
     Block takeCold(size_t bytes, size_t alignment);
     Block takeColdAt(uintptr_t begin, size_t bytes);
     bool addRegion(size_t bytes, size_t alignment);
@@ -84,7 +84,7 @@ private:
     std::array<Region, kMostRegions> regions_;
     std::atomic<size_t> regionCount_{0};
 
-    std::mutex mutex_; // guards what follows
+    std::mutex mutex_; // guards the members below
     std::map<uintptr_t, size_t> coldByPlace_;
     std::set<std::pair<size_t, uintptr_t>> coldBySize_;
     std::unordered_map<size_t, std::vector<uintptr_t>> warm_; // by size; huge ones: size + 1

@@ -12,13 +12,13 @@
 namespace sunstone::device::cpu {
 
 void Quarantine::add(FreedAllocation freed, Block block, bool isHuge, bool hasMemory) {
-    // Outside the lock: returning much memory takes long.
+    // Outside the lock, because returning much memory takes long.
     if (hasMemory && !isChecked_ && block.bytes > Pages::kMostReused) {
         Pages::clear(block);
         hasMemory = false;
     }
     std::lock_guard lock(mutex_);
-    // The checker has always counted what programs asked for.
+    // The checker counts the bytes that programs requested.
     const size_t bytes = isChecked_ ? freed.size : block.bytes;
     (hasMemory ? open_.bytes : open_.addresses) += bytes;
     open_.entries.push_back({std::move(freed), block, isHuge, hasMemory});

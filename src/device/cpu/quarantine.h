@@ -14,9 +14,9 @@
 //                              grants a process
 //   addresses without memory   kAddresses: a small part of a region of pages.h
 //
-// What was sealed last waits in any case, so that one large block does, too.
+// The memory sealed last always waits, even one large block.
 //
-// The memory checker judges each access itself. While it is on, memory keeps access, the limit is
+// The memory checker checks each access itself. While it is on, memory keeps access, the limit is
 // kCheckedBytes, and the number of ranges does not matter.
 #pragma once
 
@@ -46,7 +46,7 @@ public:
         if (unsealed_.load(std::memory_order_acquire) != 0)
             sealNow();
     }
-    // Gives everything back to Pages.
+    // Returns all memory to Pages.
     void empty();
     std::vector<FreedAllocation> list() const; // in the order of freeing
 
@@ -59,10 +59,10 @@ private:
         Block block;
         bool isHuge = false, hasMemory = false;
     };
-    // What was sealed together.
+    // Memory that was sealed together.
     struct Group {
         std::vector<Entry> entries;
-        std::vector<Block> sealed; // without access, to be given it again
+        std::vector<Block> sealed; // without access, which they get back on return
         size_t bytes = 0;          // of memory
         size_t addresses = 0;      // without memory
     };

@@ -22,7 +22,7 @@ namespace {
 constexpr int kWorkerSpins = 2000; // pauses, some 10 to 40 microseconds
 constexpr int kWaiterSpins = 1000;
 
-// Where all processors are busy, the thread that is waited for may need this one.
+// If all processors are busy, the awaited thread may need this one.
 void relax(int turn) {
     constexpr int kTurns = 32; // a microsecond or so
     if (turn % kTurns == kTurns - 1)
@@ -32,7 +32,7 @@ void relax(int turn) {
 #endif
 }
 
-// With one processor a thread that spins keeps the other from its work.
+// With one processor a spinning thread blocks the thread that it waits for.
 bool hasOneProcessor() {
     cpu_set_t allowed;
     return sched_getaffinity(0, sizeof allowed, &allowed) == 0 && CPU_COUNT(&allowed) == 1;
@@ -118,7 +118,7 @@ void Stream::throwError() {
 void Stream::push(std::shared_ptr<Stream> self, Item item) {
     std::unique_lock lock(mutex_);
     if (!started_) {
-        // Here and not in the first work, which may still be queued when main has returned.
+        // Here instead of in the first work, which may still be queued when main has returned.
         startArena();
         startWorker(std::move(self));
         started_ = true;
@@ -237,7 +237,7 @@ StreamPtr Streams::perThread() {
         StreamPtr stream = std::make_shared<Stream>(0, 0, this, true);
         Streams* streams = nullptr;
         ~Holder() {
-            if (streams && !isForkedChild()) // where another thread's lock may be held for ever
+            if (streams && !isForkedChild()) // where another thread's lock may never be released
                 streams->remove(stream->handle(), true);
         }
     };

@@ -57,7 +57,7 @@ struct WorkInfo {
 
 class Stream : public Handled {
 public:
-    // `isPerThread`: a default stream, which its thread destroys and no handle names.
+    // `isPerThread`: a default stream, which its thread destroys and which has no handle.
     Stream(unsigned flags, int priority, const void* owner, bool isPerThread = false);
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
@@ -125,7 +125,7 @@ public:
     // The stream of a handle: null and (void*)1 mean the legacy default stream, (void*)2 that of
     // the calling thread. Throws Error(kInvalidValue) for other values that are not live streams.
     StreamPtr find(void* handle);
-    // Null for default streams and for handles of none.
+    // Null for default streams and for invalid handles.
     StreamPtr findCreated(void* handle);
     bool isDefault(void* handle) const { return uintptr_t(handle) <= 2; }
 
@@ -133,8 +133,8 @@ public:
     // stream: adds a node to the graph instead; the result is then already done.
     CompletionPtr submit(const StreamPtr& stream, std::function<void()> work,
                          std::vector<CompletionPtr> waits = {}, WorkInfo info = {});
-    // The Completions the stream waits for until it is idle; for the legacy stream including those
-    // of blocking streams.
+    // The Completions for which the stream waits until it is idle; for the legacy stream including
+    // those of blocking streams.
     std::vector<CompletionPtr> outstanding(const StreamPtr& stream);
     bool idle(const StreamPtr& stream);
     void synchronize(const StreamPtr& stream); // throws the stream's pending error
@@ -175,8 +175,8 @@ private:
     StreamPtr legacy_;
     std::vector<std::shared_ptr<Capture>> captures_; // in progress
     std::vector<StreamPtr> live_; // without legacy_; per-thread ones included
-    // The last work, maybe not done yet, of a stream that was destroyed. It still counts as that of
-    // a blocking stream.
+    // The last work of a destroyed stream, which may not be done yet. It still counts as work of a
+    // blocking stream.
     struct Orphan {
         CompletionPtr last;
         bool isBlocking;

@@ -14,8 +14,8 @@
 
 namespace sunstone::device::cuda {
 
-// member of Driver, name in cuda.h. Variants for the legacy default stream: the engine passes
-// explicit streams.
+// Columns: member of Driver, name in cuda.h. Variants for the legacy default stream, because the
+// engine passes explicit streams.
 #define SUNSTONE_CUDA_FUNCTIONS(X)                                                                 \
     X(init, cuInit)                                                                                \
     X(driverGetVersion, cuDriverGetVersion)                                                        \

@@ -112,7 +112,7 @@ CUfunction KernelSet::loadOne(uint32_t kernel, std::string code) {
     CUfunction function = nullptr;
     check(driver_, driver_.moduleGetFunction(&function, module, source.name.c_str()),
           source.name.c_str());
-    int registers = 0; // the query makes a driver load what it deferred
+    int registers = 0; // the query ends deferred loading by the driver
     check(driver_, driver_.funcGetAttribute(&registers, CU_FUNC_ATTRIBUTE_NUM_REGS, function),
           DriverNames::funcGetAttribute);
     return function;

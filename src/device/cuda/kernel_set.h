@@ -21,7 +21,7 @@
 namespace sunstone::device::cuda {
 
 struct KernelSource {
-    std::string name;                  // of the entry
+    std::string name;                  // of the kernel's entry
     std::string id;                    // unique among the kernels of the library
     std::function<std::string()> text; // a PTX module of the kernel; any thread may call it
 };
@@ -30,8 +30,8 @@ struct KernelSource {
 class MachineCodeSource {
 public:
     virtual ~MachineCodeSource() = default;
-    // The code of each kernel; empty if it cannot be made, and the driver has to compile the text.
-    // `anew`: stored code did not load; make it again.
+    // The code of each kernel; empty if it cannot be made and the driver has to compile the text.
+    // `anew`: stored code did not load and must be made again.
     virtual std::vector<std::string> machineCode(std::span<const KernelSource* const> kernels,
                                                  bool anew) = 0;
 };
@@ -46,7 +46,7 @@ public:
     KernelSet(const KernelSet&) = delete;
     KernelSet& operator=(const KernelSet&) = delete;
 
-    // Makes and loads machine code of these kernels, all at once; the driver may wait for the GPU.
+    // Makes and loads machine code of these kernels in parallel; the driver may wait for the GPU.
     // Returns at once if all of them are loaded.
     void prepare(std::span<const uint32_t> kernels);
     // The same for every kernel of the set.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernel sets on the CPU device, whose driver takes PTX in place of machine code.
+// Kernel sets on the CPU device, whose driver loads PTX in place of machine code.
 #include "device/cuda/kernel_set.h"
 #include "device/cuda/test_driver.h"
 
@@ -57,7 +57,7 @@ TEST(KernelSet, PreparesAll) {
     KernelSet set(testDriver(), &source, kernels(5));
     set.prepareAll();
     EXPECT_EQ(source.made.size(), 5u);
-    source.fails = true; // there is nothing left to make
+    source.fails = true; // all code exists already
     for (uint32_t kernel = 0; kernel < 5; ++kernel)
         EXPECT_NE(set.function(kernel), nullptr);
 }

@@ -19,8 +19,8 @@ constexpr const char* kPtxCompilerLibrary = "libnvidia-ptxjitcompiler.so.1";
 // Whether the library is present. The first call opens it.
 bool hasPtxCompiler();
 
-// A whole program, or a part of one that the driver links with others. ptxas implements rare
-// operands of divisions with a call; in parts the called function lies elsewhere.
+// A whole program, or a part that the driver links with others. ptxas implements rare operands of
+// divisions with a call; in parts the called function is elsewhere.
 enum class PtxUse { kProgram, kPart };
 
 // Machine code of a text for GPUs of a compute capability (90 is 9.0), with at most maxRegisters

@@ -14,7 +14,7 @@ namespace sunstone::device::cuda {
 
 namespace {
 
-// Functions by address that are worth a link, and bytes of a part's text.
+// The fewest functions called by address that justify a link, and the bytes of a part's text.
 constexpr size_t kManyFunctions = 2, kPartBytes = 64 << 10;
 
 bool isNamePart(char c) {
@@ -121,7 +121,7 @@ private:
         }
     }
 
-    // Adds a function and all that it calls by name, unless they have a part already. Returns the
+    // Adds a function and its callees by name, except those that have a part already. Returns the
     // bytes of their texts.
     size_t add(size_t piece, size_t part) {
         std::vector<size_t> unread = {piece};
@@ -167,9 +167,9 @@ private:
         }
     }
 
-    // Whether the functions by address call none by address, and none of the driver's. The linker
-    // takes the stack of a kernel from the calls that it sees, and a driver gives a linked kernel
-    // no more.
+    // Whether the functions called by address call none by address and none of the driver's. The
+    // linker computes a kernel's stack from the calls that it sees, and the driver gives a linked
+    // kernel no more.
     bool areLeaves() const {
         for (size_t p = 1; p < parts_.size(); ++p)
             for (const auto& [name, piece] : declarations_)
@@ -182,7 +182,7 @@ private:
     }
 
     // Whether the variable starts with the address of a function, as tables of virtual functions
-    // do. The linker may then not know whom the kernel calls.
+    // do. The linker may then not know the kernel's callees.
     bool namesFunction(const Variable& variable) const {
         bool found = false;
         forEachWord(variable.line,
@@ -195,7 +195,7 @@ private:
     static std::string visible(std::string_view text) {
         return (text.starts_with(".visible") ? "" : ".visible ") + std::string(text);
     }
-    // A definition as a declaration.
+    // Turns a definition into a declaration.
     static std::string declared(std::string_view linkage, std::string_view text) {
         constexpr std::string_view kVisible = ".visible ";
         if (text.starts_with(kVisible))
@@ -246,7 +246,7 @@ private:
     size_t numRoots_ = 0;
 };
 
-// Ends a link.
+// Destroys a link at the end of its scope.
 struct Link {
     const Driver& driver;
     CUlinkState state = nullptr;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A PTX module in parts that the driver's compiler takes at the same time. Its time grows faster
-// than the number of functions of a module, so that the parts of a module with many of them also
-// take less time together (docs/notes/compile-time.md has figures).
-#pragma once
+// Splits a PTX module into parts that the driver's compiler compiles at the same time. Compile time
+// grows faster than the number of functions of a module, so the parts of a large module also take
+// less time in total (docs/notes/compile-time.md has figures).
 
 #include "device/cuda/driver.h"
 #include "device/cuda/ptx_compiler.h"
@@ -24,14 +23,16 @@ struct PtxPiece {
 // `ptx` must outlive the pieces.
 std::vector<PtxPiece> ptxPieces(std::string_view ptx);
 
-// The texts of the parts. The first has the kernel and the functions that it calls by name; the
-// others have those whose address it takes, with what they call. Empty where that is not worth the
-// link, where parts would share memory of a block, where variables hold addresses of functions, and
-// where functions by address call others by address or the driver's.
+// The texts of the parts. The first has the kernel and its callees by name; the others have the
+// functions whose address it takes, with their callees. Empty if
+//   - the gain is too small for a link;
+//   - parts would share memory of a block;
+//   - variables hold addresses of functions;
+//   - functions called by address call others by address or the driver's.
 std::vector<std::string> splitPtx(std::string_view ptx);
 
 // Machine code of the parts, linked by the driver. The calling thread has a current context. Empty
-// as compilePtx() says, or if the driver does not link.
+// under the conditions of compilePtx(), or if the driver does not link.
 std::optional<MachineCode> compileParts(const Driver& driver, const std::vector<std::string>& parts,
                                         unsigned computeCapability, unsigned maxRegisters);
 

@@ -29,7 +29,7 @@ std::string filler(size_t bytes) {
     return text;
 }
 
-// A kernel that calls `walk` and takes the addresses of so many large functions; all call `common`,
+// A kernel that calls `walk` and takes the addresses of `count` large functions; all call `common`,
 // the first two read `table`.
 std::string programOf(size_t count, const std::string& variables = "") {
     std::string text(kHead), kernel = callOf("walk");
@@ -107,7 +107,7 @@ TEST(PtxParts, VariablesHaveOneOwner) {
               1u);
     EXPECT_TRUE(splitPtx(programOf(5, ".global .align 8 .u64 table[1] = {common};")).empty())
         << "a kernel may call it by what the variable holds";
-    // Memory of a block has no place in several programs that are linked.
+    // Memory of a block cannot be shared between linked programs.
     std::string shared = apart;
     shared.replace(shared.find(".global .align 4 .b8 table[16] = {1, 2};"), 40,
                    ".shared .align 4 .b8 table[16];");

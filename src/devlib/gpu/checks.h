@@ -44,7 +44,7 @@ SUNSTONE_INLINE bool debugging() {
         value = 0;
     if (__builtin_popcount(state->rayFlags & kAnyHit) > 1 || (state->rayFlags & kFaces) == kFaces)
         raiseWithoutPath(state, kExceptionInvalidArgument0, info);
-    // Eight bits count here, as the manual says; on some processors only four.
+    // Eight bits are used here, as the manual requires; some processors use only four.
     if (state->sbtOffset > 15 || state->sbtStride > 15)
         reportOf(state).wideSbt = 1;
 }
@@ -61,8 +61,8 @@ SUNSTONE_INLINE int32_t faultOf(const RayState* state, uint64_t handle, uint32_t
                               isTransform ? nullptr : blockOf(state->launch, handle, tag), above);
 }
 
-// Raises what makes a traversable unfit. `path`: what was entered on the way to it. The null handle
-// is never hit.
+// Raises the exception of a traversable that does not fit. `path`: the instances and transforms
+// entered before it. The null handle is never hit.
 [[gnu::noinline]] static void checkTraversable(RayState* state, uint64_t handle,
                                                const uint64_t* path, uint32_t above) {
     if (handle == 0)
@@ -89,8 +89,8 @@ SUNSTONE_INLINE void checkChild(RayState* state, uint64_t child, const uint64_t*
         checkTraversable(state, child, path, above);
 }
 
-// Whether the ray's handle leads somewhere; else the ray misses, and the log tells. Programs tend
-// to give the same one to all rays, which is then the usual one from the second launch on.
+// Whether the ray's handle is valid; otherwise the ray misses, and the log reports it. Programs
+// tend to use one handle for all rays, which is the usual one from the second launch on.
 SUNSTONE_INLINE bool leadsSomewhere(RayState* state) {
     const uint64_t handle = state->handle;
     if constexpr (Records::kOwnHandles)
@@ -109,7 +109,7 @@ SUNSTONE_INLINE bool leadsSomewhere(RayState* state) {
     return false;
 }
 
-// The same of a child that may have changed since its parent was built.
+// The same for a child that may have changed since its parent was built.
 SUNSTONE_INLINE bool childLeadsSomewhere(RayState* state, uint64_t child) {
     if constexpr (Records::kOwnHandles)
         return child != 0;
@@ -130,8 +130,7 @@ SUNSTONE_INLINE void checkTrace(RayState* state) {
 
 // ---- records ------------------------------------------------------------------------------------
 
-// Raises this code unless there is such a record and it holds a group of the pipeline, of that
-// kind.
+// Raises this code unless the record exists and holds a group of the pipeline, of that kind.
 [[gnu::noinline]] static void checkGroup(RayState* state, int32_t code, uint64_t record,
                                          GroupKind kind, uint64_t index) {
     const uint32_t group = record ? groupOf(*state->launch, record, kind) : kNoGroup;
@@ -141,7 +140,7 @@ SUNSTONE_INLINE void checkTrace(RayState* state) {
     info.sbtOffset = uint32_t(index);
     raise(state, code, &info);
 }
-// The state has the path already.
+// The state already has the path.
 SUNSTONE_INLINE void checkRecord(RayState* state, int32_t code, uint64_t record, GroupKind kind,
                                  uint64_t index) {
     if (debugging())
@@ -167,7 +166,7 @@ SUNSTONE_INLINE void checkHitKind(RayState* state, uint32_t kind) {
 
 // ---- callables ----------------------------------------------------------------------------------
 
-// `call` as in LaunchState::callable; `code`: what would be called.
+// `call` as in LaunchState::callable; `code`: the code to call.
 [[gnu::noinline]] static void checkCallable(RayState* state, uint32_t sbtIndex, uint32_t call,
                                             uint32_t group, const void* code) {
     const SbtView& sbt = state->launch->sbt;
@@ -191,7 +190,7 @@ SUNSTONE_INLINE void checkHitKind(RayState* state, uint32_t kind) {
     raise(state, kExceptionParameterMismatch, &info);
 }
 
-// Raises if the stack is used up.
+// Raises if the stack is exhausted.
 SUNSTONE_INLINE void checkStack(RayState* state) {
     if (!(sunstone_gpu_exceptionFlags & kFlagStackOverflow))
         return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions that programs of the classic API alone call on GPUs, by name. On CPUs they stand in
-// ClassicLaunch (devlib/classic.cpp) and LaunchState.
+// Functions that only programs of the classic API call on GPUs, by name. Their CPU counterparts are
+// in ClassicLaunch (devlib/classic.cpp) and LaunchState.
 #pragma once
 
 #include "bvh/gpu/motion.h"
@@ -13,7 +13,7 @@ SUNSTONE_INLINE const ClassicLaunch& classicOf(const RayState& state) {
     return *static_cast<const ClassicLaunch*>(state.launch->params);
 }
 
-// An element outside its buffer; returns where the exception is off.
+// An element is outside its buffer; returns if the exception is disabled.
 extern "C" [[gnu::noinline]] void sunstone_gpu_outside(RayState* state, uint32_t code) {
     if (classicOf(*state).exceptions & switchOf(code))
         raise(state, int32_t(code));
@@ -25,7 +25,7 @@ extern "C" void sunstone_gpu_checkClassicRay(RayState* state, RayState* ray) {
             raise(state, kCodeInvalidRay);
 }
 
-// Of an entry of a transform list. `known`: of the same time.
+// The matrix of an entry of a transform list. `known`: of the same time.
 SUNSTONE_INLINE void matrixOf(uint64_t handle, float time, walk::KnownSegment& known, bool toWorld,
                               float rows[12]) {
     const HandleTag tag = tagOf(handle);
@@ -62,7 +62,7 @@ SUNSTONE_INLINE void matrixOf(uint64_t handle, float time, walk::KnownSegment& k
     }
 }
 
-// The 3x4 matrix from world to object space where the program is, or the other way. A part of its
+// The 3x4 matrix from world to the program's object space, or its inverse. Inlined into its
 // callers, so that a matrix of one instance needs no memory.
 extern "C" __attribute__((always_inline)) void
 sunstone_gpu_matrix(RayState* state, uint32_t toWorld, float rows[12]) {
@@ -83,8 +83,8 @@ sunstone_gpu_matrix(RayState* state, uint32_t toWorld, float rows[12]) {
     }
 }
 
-// Walks a child of the node whose visit program runs, in the space of that node. The walk has a
-// stack of its own and shares the path and the best hit with the walk that met the node.
+// Walks a child of the node whose visit program runs, in the space of that node. The walk has its
+// own stack and shares the path and the best hit with the walk that met the node.
 template <bool kWithCustoms, bool kWithMotion>
 SUNSTONE_INLINE void walkChild(RayState* state, uint64_t child) {
     using Programs = Tracer<kWithCustoms, kMaxGpuGraphDepth, kWithMotion>;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exceptions on a GPU: a thread is a launch index and ends after the exception program, if the
-// pipeline has one. The exception goes to the host in the launch's report.
+// Exceptions on a GPU. Each thread is a launch index; the index ends after the exception program,
+// if the pipeline has one. The launch's report passes the exception to the host.
 #pragma once
 
 #include "devlib/gpu/lane_memory.h"
@@ -33,20 +33,20 @@ SUNSTONE_INLINE void note(RayState* state, uint64_t& word, int32_t code) {
     __builtin_unreachable();
 }
 
-// What ends the launch ends the thread; the host finds it in the report. (A trap of the processor
-// would take the context with it.)
+// Ends the launch by ending the thread; the host finds the cause in the report. (A trap instruction
+// would end the CUDA context.)
 [[noreturn]] [[gnu::noinline]] static void endLaunch(LaunchReport& report, uint64_t place,
                                                      int32_t code) {
     note(report.fatal, place, code);
     endThread();
 }
 
-// Passes no pointer to the state on, which can stay in registers so.
+// Passes on no pointer to the state, which can therefore stay in registers.
 [[noreturn]] SUNSTONE_INLINE void endLaunch(RayState* state, int32_t code) {
     endLaunch(reportOf(state), placeOf(state), code);
 }
 
-// Copies the end of a text, which has the name of a file.
+// Copies the end of a text, which contains the file name.
 [[gnu::noinline]] static void keepText(char (&to)[LaunchSaying::kBytes], const char* text) {
     if (!text)
         return;
@@ -59,7 +59,7 @@ SUNSTONE_INLINE void note(RayState* state, uint64_t& word, int32_t code) {
         to[i] = text[i];
 }
 
-// The first thread of a launch that says something is heard.
+// Only the first thread of a launch with a message is reported.
 [[gnu::noinline]] static void say(RayState* state, int32_t code, uint32_t line, const char* text,
                                   const char* file, const char* function) {
     LaunchSaying& saying = reportOf(state).saying;
@@ -73,7 +73,7 @@ SUNSTONE_INLINE void note(RayState* state, uint64_t& word, int32_t code) {
     keepText(saying.texts[2], function);
 }
 
-// What the getters of exceptions tell, for the host.
+// Stores the values of the exception getters for the host.
 [[gnu::noinline]] static void noteDetails(RayState* state, uint64_t* words) {
     const ExceptionInfo& info = state->thread->exception;
     const int32_t code = state->thread->exceptionCode;
@@ -99,8 +99,8 @@ SUNSTONE_INLINE void note(RayState* state, uint64_t& word, int32_t code) {
     putAddress(kWordName, reinterpret_cast<uint64_t>(info.callableName));
 }
 
-// The transform list at the fault moves to where the exception program, which runs with the launch
-// index's own state, looks for it.
+// Leaves the launch index. The exception program runs with the launch index's own state, so the
+// transform list at the fault is copied there.
 [[noreturn]] [[gnu::noinline]] static void leave(RayState* state, int32_t code) {
     ThreadState* const thread = state->thread;
     const LaunchState& launch = *state->launch;
@@ -169,7 +169,7 @@ extern "C" void sunstone_gpu_throwException(RayState* state, int32_t code, uint3
     leave(state, code);
 }
 
-// What stack checks in programs call.
+// Called by stack checks in programs.
 extern "C" [[gnu::noinline]] void sunstone_gpu_raise(RayState* state, int32_t code,
                                                      const ExceptionInfo* info) {
     raise(state, code, info);

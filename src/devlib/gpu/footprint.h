@@ -14,8 +14,8 @@ extern "C" void sunstone_footprint(uint64_t handle, uint32_t info, uint32_t form
     uint32_t width, height;
     asm("txq.width.b32 %0, [%1];" : "=r"(width) : "l"(handle));
     asm("txq.height.b32 %0, [%1];" : "=r"(height) : "l"(handle));
-    // Coordinates count as normalised, as those of mipmapped textures are: drivers up to 580 compile
-    // txq.normalized_coords, but do not find kernels that have it.
+    // Coordinates count as normalised, like those of mipmapped textures: drivers up to 580 compile
+    // txq.normalized_coords, but do not find kernels that contain it.
     texture::footprintOfSize(width, height, true, info, form, operands, coarse,
                              singleLevel, result);
 }

@@ -10,14 +10,14 @@
 
 namespace sunstone::devlib::gpu {
 
-// The block of a handle that leads somewhere, or null.
+// The block of a valid handle, or null.
 SUNSTONE_INLINE const bvh::BlockHeader* blockOf(uint64_t handle, HandleTag tag) {
     const auto* header = reinterpret_cast<const bvh::BlockHeader*>(addressOf(handle));
     return tagOf(handle) == tag && header && header->magic == bvh::gpu::kGpuBlockMagic ? header
                                                                                        : nullptr;
 }
 
-// The same of any number.
+// The block of an arbitrary number if that is a valid handle, or null.
 SUNSTONE_INLINE const bvh::BlockHeader* blockOf(const LaunchState* launch, uint64_t handle,
                                                 HandleTag tag) {
     return isKnown(launch, handle) ? blockOf(handle, tag) : nullptr;

@@ -33,11 +33,11 @@ SUNSTONE_INLINE void leaveLaneMemory(uint32_t lanes) {
     LaneSlot& slot = laneSlot();
     if (uint32_t(__nvvm_atom_add_gen_i(reinterpret_cast<int*>(&slot.lanes), -int(lanes))) != lanes)
         return;
-    __nvvm_membar_gl(); // what the lanes have written comes before what the next warp writes
+    __nvvm_membar_gl(); // the writes of these lanes precede those of the next warp
     __nvvm_atom_or_gen_i(reinterpret_cast<int*>(slot.word), int(slot.bit));
 }
 
-// The number of a slot that was free. To be called by one lane.
+// Claims a free slot and returns its number. One lane calls this.
 SUNSTONE_INLINE uint32_t claimSlot(const LaneMemory& memory, LaneSlot& slot) {
     const uint32_t warp =
         (uint32_t(__nvvm_read_ptx_sreg_ctaid_x()) * uint32_t(__nvvm_read_ptx_sreg_ntid_x()) +
@@ -57,7 +57,7 @@ SUNSTONE_INLINE uint32_t claimSlot(const LaneMemory& memory, LaneSlot& slot) {
     }
 }
 
-// The memory of the calling warp. To be called by all of the warp, at the start of the kernel.
+// The memory of the calling warp. All lanes of the warp call this at the start of the kernel.
 extern "C" uint8_t* sunstone_gpu_claimLaneMemory(LaunchBlock* block) {
     const LaneMemory& memory = block->work.laneMemory;
     uint32_t number = 0;
@@ -68,7 +68,7 @@ extern "C" uint8_t* sunstone_gpu_claimLaneMemory(LaunchBlock* block) {
     return reinterpret_cast<uint8_t*>(memory.slots) + uint64_t(number) * memory.slotBytes;
 }
 
-// To be called by all lanes of the warp that have not ended, at the end of the kernel.
+// All lanes of the warp that have not ended call this at the end of the kernel.
 extern "C" void sunstone_gpu_freeLaneMemory() {
     const uint32_t lanes = __nvvm_vote_ballot_sync(~0u, true);
     if (uint32_t(__nvvm_read_ptx_sreg_laneid()) == uint32_t(__builtin_ctz(lanes)))

@@ -13,20 +13,21 @@ namespace sunstone::devlib {
 // ones: nothing happened.
 constexpr uint64_t kNoReport = ~uint64_t(0);
 
-// What the first launch index to fail an assertion or to trap says. The report holds the texts,
-// because the module that they stand in may be unloaded when the host reads the report.
+// The message of the first launch index that fails an assertion or traps. The report holds the
+// texts themselves, because the module that contains them may be unloaded when the host reads the
+// report.
 struct LaunchSaying {
     static constexpr unsigned kTexts = 3, kBytes = 192;
 
     uint64_t by; // the launch index (linear) plus one; 0: none
     uint32_t line;
     int32_t code; // as in LaunchReport::fatal
-    // Of an assertion the condition, the file and the function; of a trap its place.
+    // Assertion: condition, file and function. Trap: its place.
     char texts[kTexts][kBytes];
 };
 
-// Rays that have ended in warps of a kernel whose warps take launch indices, and how long these
-// warps ran, in units of 256 clock cycles.
+// Rays that have ended in warps that take launch indices, and the time that these warps ran, in
+// units of 256 clock cycles.
 struct WarpPace {
     uint64_t rays, time;
 };
@@ -37,25 +38,26 @@ struct LaunchReport {
     uint64_t unseen;  // exception without an exception program
     uint64_t fatal;   // trap, stack overflow, or a fault of FatalCode: the launch failed
     uint32_t wideSbt; // as in LaunchNotes
-    uint32_t deepGraph, outsideFlags, motion; // the same
-    uint64_t unknown; // a handle that a ray was given, or came to, and that leads nowhere; or 0
-    uint64_t usual;   // one that rays are given, other than LaunchConstants::usual; or 0
-    // With debug exceptions what their getters tell, word by word in the lower halves, with the
-    // launch index above so that they are of the same one (ReportWord).
+    uint32_t deepGraph, outsideFlags, motion; // as in LaunchNotes
+    uint64_t unknown;                         // an invalid handle that a ray was given or met; or 0
+    uint64_t usual; // a handle that rays are given, other than LaunchConstants::usual; or 0
+    // With debug exceptions: the details of their getters, word by word in the lower halves
+    // (ReportWord). The upper halves have the launch index, which tells whether words belong
+    // together.
     static constexpr unsigned kWords = 12;
     uint64_t raisedDetails[kWords], unseenDetails[kWords];
     WarpPace paces[kPatienceWays]; // by patience, if LaunchWork::isMeasured
     LaunchSaying saying;
 };
 
-// An invalid ray takes all nine words from 0 on, other exceptions these. Addresses are of texts in
-// the pipeline's module.
+// Layout of the details. An invalid ray uses all nine words from 0 on, other exceptions the words
+// below. Addresses are those of texts in the pipeline's module.
 enum ReportWord : unsigned {
-    kWordTraversable = 0, // 2
+    kWordTraversable = 0, // 2 words
     kWordSbtOffset = 2,
     kWordExpected = 3, // then passed, index
-    kWordName = 6,     // address, 2
-    kWordLine = 9,     // address, 2
+    kWordName = 6,     // address, 2 words
+    kWordLine = 9,     // address, 2 words
     kWordCode = 11,
 };
 
@@ -76,41 +78,41 @@ inline LaunchReport emptyReport() {
 enum FatalCode : int32_t {
     kFatalRaygenRecord = -1000,    // holds no ray generation group of the pipeline
     kFatalExceptionRecord = -1001, // holds no exception group of the pipeline
-    kFatalGraphTooDeep = -1002,    // the structures on a path are too deep together
+    kFatalGraphTooDeep = -1002,    // the structures on a path are too deep in total
     kFatalAssertion = -1003,       // a failed assertion
 };
 
-// Spaces on a path below the world's: those of the deepest graph that there may be, by the property
-// LIMIT_MAX_TRAVERSABLE_GRAPH_DEPTH.
+// Spaces on a path, without the world's: those of the deepest graph that the property
+// LIMIT_MAX_TRAVERSABLE_GRAPH_DEPTH allows.
 constexpr unsigned kMaxGpuGraphDepth = kMaxGraphDepth - 1;
 
-// Visit programs that a path through the graph may meet one below the other.
+// The most visit programs that may be nested on a path through the graph.
 constexpr unsigned kMostNestedVisits = 4;
 
 // Memory that warps claim for the states of their rays (devlib/gpu/lane_memory.h).
 struct LaneMemory {
     uint64_t slots;     // address of the first slot
-    uint64_t freeSlots; // address of the set of free ones, a bit for each
-    uint32_t words;     // of that set
+    uint64_t freeSlots; // address of the bit set of free slots
+    uint32_t words;     // of the bit set
     uint32_t slotBytes;
 };
 
-// Launch indices of a kernel whose warps take them (devlib/gpu/loop.h): numbers from 0, in the
+// Launch indices of a kernel whose warps take them (devlib/gpu/loop.h), as numbers from 0 in the
 // order of tiles of 32 (see kGpuTileWidth).
 struct LaunchWork {
     uint64_t next;  // the first that no warp has taken
-    uint64_t count; // of all tiles, those behind the edges too
-    // What idle lanes may cost before a warp looks after them, in steps of lanes through nodes.
-    // Blocks use the ways by turns.
+    uint64_t count; // of all tiles, including indices beyond the edges
+    // The cost of idle lanes that a warp accepts before it refills them, in steps of lanes through
+    // nodes. Blocks use the values in turn.
     uint32_t patience[kPatienceWays];
     uint32_t isMeasured; // warps report their pace
     LaneMemory laneMemory;
 };
 
-// Which patience is the fastest depends on programs and scene (engine/gpu/patience.h): warps
-// that look after idle lanes early gain where lengths of rays differ much, those that wait for the
-// rays of all lanes where programs between rays are long. With patience for whole tiles, lanes also
-// wait with new launch indices until all of them want one: neighbours then stay together.
+// The fastest patience depends on programs and scene (engine/gpu/patience.h): refilling idle lanes
+// early is better if the lengths of rays vary widely, waiting for the rays of all lanes is better
+// if programs between rays are long. With kTilePatience lanes also wait with new launch indices
+// until all of them need one, so that neighbours stay together.
 constexpr uint32_t kShortPatience = 128;
 constexpr uint32_t kLongPatience = 0x0FFFFFFE; // kernels may take a multiple
 constexpr uint32_t kTilePatience = 0x0FFFFFFF;
@@ -119,14 +121,14 @@ struct LaunchBlock {
     LaunchState launch;
     LaunchConstants constants;
     LaunchReport report;
-    // With stack overflow exceptions: bytes that a launch index may use.
+    // With stack overflow exceptions: bytes of stack for a launch index.
     uint32_t stackBytes;
     uint32_t pad;
     LaunchWork work;
 };
 static_assert(offsetof(LaunchBlock, constants) == sizeof(LaunchState));
 
-// Traversables that optixTrace may be given. kGraphShallow: of any kind, but at most two on a path.
+// Traversables that optixTrace may receive. kGraphShallow: of any kind, but at most two on a path.
 enum GraphKind : uint32_t {
     kGraphGas = 0,
     kGraphSingleLevel = 1,

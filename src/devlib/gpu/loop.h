@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernel of pipelines whose ray generation programs the compiler has cut at their trace
-// (compiler/gpu/resumable.h). Rays of a warp end at different times; threads that waited for the
-// longest of them would be idle most of the time. So each warp loops: it gives new launch indices
-// to idle lanes, walks all rays until idle lanes have cost enough, then runs the programs of the
-// rays that have ended. Other traces run to their end where they are called (sunstone_gpu_trace).
-// Such pipelines have no motion.
+// (compiler/gpu/resumable.h). Rays of a warp end at different times, and lanes that waited for the
+// longest ray would be idle most of the time. So each warp loops: it gives new launch indices to
+// idle lanes, walks all rays until idle lanes have cost enough, then runs the programs of the rays
+// that have ended. Other traces run to their end where they are called (sunstone_gpu_trace). Such
+// pipelines have no motion.
 //
 // There are as many warps as tiles of launch indices. Warps that start when all indices are taken
-// do nothing. A warp that has lost lanes to exceptions ends when the others are idle, and another
-// one takes its place.
+// do nothing. A warp that has lost lanes to exceptions ends when its other lanes are idle, and
+// another warp takes its place.
 #pragma once
 
 #include "devlib/gpu/run.h"
@@ -26,8 +26,7 @@ SUNSTONE_INLINE uint32_t countOf(uint32_t lanes) {
     return uint32_t(__builtin_popcount(lanes));
 }
 
-// Gives each of the `wanting` lanes, of which the calling one may be one, a number of its own. To
-// be called by all of the warp.
+// Gives each of the `wanting` lanes a number of its own. All lanes of the warp call this.
 SUNSTONE_INLINE uint64_t takeNumber(LaunchWork& work, uint32_t wanting) {
     const uint32_t lane = uint32_t(__nvvm_read_ptx_sreg_laneid());
     const int leader = __builtin_ctz(wanting);
@@ -47,16 +46,16 @@ SUNSTONE_INLINE uint32_t patienceOf(const LaunchBlock& block) {
     return block.work.patience[patienceIndex()];
 }
 
-// What a lane is about.
+// State of a lane.
 enum class Lane : uint32_t {
     kIdle,    // it has no launch index
-    kAsks,    // its program wants a ray
-    kWalking, // the ray is under way
-    kEnded,   // the ray has ended: its programs are to run, then the ray generation program
+    kAsks,    // its program requests a ray
+    kWalking, // the ray is being walked
+    kEnded,   // the ray has ended: its programs run next, then the ray generation program
 };
 
-// Whether an idle lane has got a launch index. `more`: there may be further ones. To be called by
-// all of the warp.
+// Whether an idle lane has got a launch index. `more`: there may be further ones. All lanes of the
+// warp call this.
 SUNSTONE_INLINE bool takeIndex(LaunchBlock& block, Lane lane, bool& more, uint32_t index[3]) {
     const uint32_t idle = ballot(lane == Lane::kIdle);
     if (!more || idle == 0 || (idle != kAllLanes && patienceOf(block) == kTilePatience))
@@ -69,13 +68,13 @@ SUNSTONE_INLINE bool takeIndex(LaunchBlock& block, Lane lane, bool& more, uint32
                      uint32_t(number % kGpuTile), index);
 }
 
-// Whether a warp has no work. It goes on while there are indices: the block keeps the place of a
-// warp that ends before the others. To be called by all of the warp.
+// Whether a warp has no work. It continues while there are indices, because a warp that ends before
+// the others of its block leaves its place unused. All lanes of the warp call this.
 SUNSTONE_INLINE bool isThrough(Lane lane, bool more) {
     return ballot(lane != Lane::kIdle) == 0 && (!more || ballot(true) != kAllLanes);
 }
 
-// Begins with the ray that a program has asked for.
+// Starts the ray that a program has requested.
 template <class Programs, class Walk>
 SUNSTONE_INLINE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Walk& walker,
                            typename Walk::Level* levels) {
@@ -84,7 +83,7 @@ SUNSTONE_INLINE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Wa
         return leadsSomewhere(asked) && startWalk(asked, tracer, ray, walker, levels)
                    ? Lane::kWalking
                    : Lane::kEnded;
-    tracer.found = true; // as if found by a ray that wants no program
+    tracer.found = true; // as if found by a ray without programs
     tracer.rayFlags = kRayDisableClosestHit;
     return Lane::kEnded;
 }
@@ -93,7 +92,7 @@ SUNSTONE_INLINE Lane begin(RayState* asked, Programs& tracer, walk::Ray& ray, Wa
 class PaceCounter {
 public:
     SUNSTONE_INLINE_MEMBER PaceCounter() : start_(now()), rays_(0) {}
-    // To be called by all of the warp.
+    // All lanes of the warp call this.
     SUNSTONE_INLINE_MEMBER void add(Lane lane) { rays_ += countOf(ballot(lane == Lane::kEnded)); }
     SUNSTONE_INLINE_MEMBER void report(LaunchBlock& block) const {
         if (!block.work.isMeasured || __nvvm_read_ptx_sreg_laneid() != 0)
@@ -105,7 +104,7 @@ public:
     }
 
 private:
-    // In one register.
+    // The clock in one register.
     static SUNSTONE_INLINE_MEMBER uint32_t now() {
         return uint32_t(uint64_t(__nvvm_read_ptx_sreg_clock64()) >> 8);
     }
@@ -113,7 +112,7 @@ private:
     uint32_t start_, rays_;
 };
 
-// The threads of the block for which `value` is true. Waits for all that have not ended.
+// The number of threads of the block with a true `value`. Waits for all that have not ended.
 SUNSTONE_INLINE uint32_t countInBlock(bool value) {
     uint32_t count;
     asm volatile("{ .reg .pred p; setp.ne.u32 p, %1, 0; barrier.red.popc.u32 %0, 0, p; }"
@@ -122,15 +121,15 @@ SUNSTONE_INLINE uint32_t countInBlock(bool value) {
                  : "memory");
     return count;
 }
-// Those of the warp, or a warp's mean where all warps of the block go in step.
+// The same number for the warp, or a warp's mean if all warps of the block walk in step.
 template <bool kInStep>
 SUNSTONE_INLINE uint32_t countLanes(bool value) {
     constexpr uint32_t kWarps = kGpuStepBlockThreads / kGpuTile;
     return kInStep ? (countInBlock(value) + kWarps - 1) / kWarps : countOf(ballot(value));
 }
 
-// Walks on with all rays until idle lanes have cost enough. To be called by all of the warp, and
-// with kInStep by all of the block.
+// Walks all rays until idle lanes have cost enough. All lanes of the warp call this, with kInStep
+// all threads of the block.
 template <bool kInStep, class Programs, class Walk>
 SUNSTONE_INLINE void walkTogether(bool more, Lane& lane, Programs& tracer, walk::Ray& ray,
                                   Walk& walker, walk::U2* stack, typename Walk::Level* levels,
@@ -151,7 +150,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     using Programs = Tracer<kWithCustoms, kMaxLevels, false>;
     using Walk = walk::Traversal<Programs>;
     const LaunchState& launch = block.launch;
-    RayState root, asked; // of the launch index, and of the ray that its program asks for
+    RayState root, asked; // of the launch index, and of the ray that its program requests
     ThreadState thread;
     prepareRoot(launch, root, thread);
     asked.launch = &launch;

@@ -6,29 +6,29 @@
 // frames of programs that wait for the next ray. As in loop.h each warp loops, and walks all its
 // rays at one place, at any depth.
 //
-// Where motion is met in instances, the code of the walk is larger than the instruction cache. All
-// warps of a block then walk in step, so that they share what is loaded into that cache
-// (docs/notes/programs-gpu.md has figures).
+// Where instances have motion, the code of the walk is larger than the instruction cache. All warps
+// of a block then walk in step, so that they share the cached code (docs/notes/programs-gpu.md has
+// figures).
 #pragma once
 
 #include "devlib/gpu/loop.h"
 
 namespace sunstone::devlib::gpu {
 
-// Between walks more is done for each ray than in loop.h, with states in memory; the longer lanes
-// wait, the more of them do it together.
+// The work between walks is larger for each ray than in loop.h, with states in memory. Longer waits
+// let more lanes do it together.
 constexpr uint32_t kNestedPatience = 8;
 
-// The rays of a launch index at one range of depths, and the programs that wait there for others.
+// The rays of a launch index in one range of depths, and the programs that wait there.
 struct WaitingPart {
     RayState* states;
     uint8_t* frames;
 };
 
-// Those of all depths, and one ray more: a ray too deep asks, and ends. Most programs trace few
-// rays deep, most of the time, and the lanes of a warp are at the same depth then: `near` is local
-// memory. Lanes that are deeper are seldom alike, and `far` is memory of lane_memory.h. Pipelines
-// whose depth is limited to a few have no such part.
+// The rays and waiting programs of all depths, and one more ray: a ray that is too deep is
+// requested, and ends. Most traces are shallow, and the lanes of a warp are then at the same depth:
+// `near` is local memory. Deeper lanes seldom share a depth: `far` is memory of lane_memory.h.
+// Pipelines with a small limit of depth have no `far`.
 struct Waiting {
     WaitingPart near, far;
     uint32_t nearDepths, frameBytes;
@@ -48,7 +48,7 @@ struct Waiting {
 };
 
 // Runs the programs at the end of the ray at `depth`, and those that waited for it. True: the state
-// at what `depth` has become asks for a ray. False: the launch index is through.
+// at the new `depth` requests a ray. False: the launch index has ended.
 template <class Programs>
 SUNSTONE_INLINE bool goOn(const Waiting& waiting, Programs& tracer, const walk::Ray& ray,
                           uint32_t& depth) {

@@ -11,23 +11,23 @@
 
 namespace sunstone::devlib::gpu {
 
-// A large part of its callers, of which a pipeline has few: kept apart until it is known which
-// (compiler/gpu/link.cpp), and a part of each caller then.
+// A large function with few callers in a pipeline. It stays out of line until the callers are known
+// (compiler/gpu/link.cpp), and is then inlined into each.
 #define SUNSTONE_DEVICE_PART __attribute__((noinline, section(".sunstone.part"))) static
 
-// What dispatchers answer for a group without such a program.
+// Result of dispatchers for a group without such a program.
 constexpr uint32_t kNoProgram = ~0u;
 
 extern "C" {
 uint32_t sunstone_gpu_raygen(RayState*, uint32_t group);
-// The ray generation program to its first trace, and from there to the next; it fills `ray` and
-// sets `asks` where it wants one.
+// start runs the ray generation program to its first trace, resume from there to the next one. They
+// fill `ray` and set `asks` if the program requests a ray.
 uint32_t sunstone_gpu_start(RayState* root, RayState* ray, void* frame, uint32_t* asks,
                             uint32_t group);
 uint32_t sunstone_gpu_resume(RayState* root, RayState* ray, void* frame, uint32_t* asks,
                              uint32_t group);
 uint32_t sunstone_gpu_findRaygen(uint32_t group); // whether there is such a program
-// The same of closest-hit and miss programs, whose state is `state`, and of whichever program.
+// The same for closest-hit and miss programs, whose state is `state`, and for programs of any kind.
 uint32_t sunstone_gpu_startHit(RayState* state, RayState* ray, void* frame, uint32_t* asks,
                                uint32_t group);
 uint32_t sunstone_gpu_startMiss(RayState* state, RayState* ray, void* frame, uint32_t* asks,
@@ -43,8 +43,8 @@ uint32_t sunstone_gpu_attribute(RayState*, uint32_t group);
 uint32_t sunstone_gpu_visit(RayState*, uint32_t group);
 const void* sunstone_gpu_direct(uint32_t group);
 const void* sunstone_gpu_continuation(uint32_t group);
-// Of a group's callable, by 2 * group, or 2 * group + 1 for the continuation callable.
-uint32_t sunstone_gpu_callableWords(uint32_t callable); // of its parameters
+// `callable`: 2 * group, or 2 * group + 1 for the continuation callable.
+uint32_t sunstone_gpu_callableWords(uint32_t callable); // words of its parameters
 const char* sunstone_gpu_callableName(uint32_t callable);
 uint32_t sunstone_gpu_isGroup(uint32_t group); // the pipeline has it
 uint32_t sunstone_gpu_builtin(uint32_t group); // GroupEntry::builtinPrimitive of a hit group
@@ -56,7 +56,7 @@ __attribute__((const)) uint64_t sunstone_gpu_maxGraphDepth(const LaunchBlock*);
 
 extern const uint32_t sunstone_gpu_hasAnyHit;
 extern const uint32_t sunstone_gpu_hasIntersection;
-extern const uint32_t sunstone_gpu_micromaps;    // rays look at opacity micromaps
+extern const uint32_t sunstone_gpu_micromaps;    // rays test opacity micromaps
 extern const uint32_t sunstone_gpu_shapes;       // bvh::gpu::ShapeBits that rays may meet
 extern const uint32_t sunstone_gpu_hasBounds;    // some group is a bounds program
 extern const uint32_t sunstone_gpu_hasVisits;    // some group is a visit program
@@ -66,7 +66,7 @@ extern const uint32_t sunstone_gpu_graph;  // GraphKind
 extern const uint32_t sunstone_gpu_motion; // the pipeline is compiled with usesMotionBlur
 }
 
-// How the API generation that this run-time is compiled for finds records.
+// The rule by which the API generation of this run-time finds records.
 #ifndef SUNSTONE_RECORDS
 #define SUNSTONE_RECORDS SbtRecords
 #endif
@@ -77,15 +77,14 @@ SUNSTONE_INLINE LaunchBlock& blockOf(const LaunchState* launch) {
     return *reinterpret_cast<LaunchBlock*>(const_cast<LaunchState*>(launch));
 }
 
-// Whether a handle is one of the table's. In graphs only pipelines with debug exceptions are given
-// a table.
+// Whether a handle is in the table. In graphs only pipelines with debug exceptions receive a table.
 SUNSTONE_INLINE bool isInTable(const LaunchBlock& block, uint64_t handle) {
     const uint64_t known = sunstone_gpu_known(&block);
     return bvh::gpu::isKnownHandle(
         sunstone_gpu_exceptionFlags & kFlagDebug ? bvh::gpu::knownNow(known) : known, handle);
 }
 
-// Whether a handle leads to a structure whose memory is there, or is that of a transform.
+// Whether a handle is that of a structure with allocated memory, or of a transform.
 SUNSTONE_INLINE bool isKnown(const LaunchState* launch, uint64_t handle) {
     const LaunchBlock& block = blockOf(launch);
     return handle == sunstone_gpu_usual(&block) || isInTable(block, handle);

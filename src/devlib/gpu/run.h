@@ -7,7 +7,7 @@
 
 namespace sunstone::devlib::gpu {
 
-// A launch index by tile and place in it; false behind the edges.
+// A launch index by tile and place in it; false beyond the edges.
 SUNSTONE_INLINE bool findIndex(const uint32_t size[3], uint32_t tile, uint32_t place,
                                uint32_t index[3]) {
     if (size[1] == 1) {
@@ -26,14 +26,14 @@ SUNSTONE_INLINE bool findIndex(const uint32_t size[3], uint32_t tile, uint32_t p
     return index[0] < size[0] && index[1] < size[1] && index[2] < size[2];
 }
 
-// Makes ready what a ray generation program sees, but for the launch index.
+// Sets the state of a ray generation program, except the launch index.
 SUNSTONE_INLINE void prepareRoot(const LaunchState& launch, RayState& state, ThreadState& thread) {
     thread.pad = 0;
     thread.exceptionCode = 0;
     thread.line = nullptr;
     if (sunstone_gpu_exceptionFlags & kFlagStackOverflow) // stacks grow downwards
         thread.stackLimit = reinterpret_cast<uint64_t>(&thread) - blockOf(&launch).stackBytes;
-    // Else nobody asks, and both can stay in registers.
+    // Otherwise nothing reads `root`, and state and thread can stay in registers.
     if (sunstone_gpu_hasException ||
         (sunstone_gpu_exceptionFlags & (kFlagStackOverflow | kFlagDebug)))
         thread.root = &state;
@@ -46,7 +46,7 @@ SUNSTONE_INLINE void prepareRoot(const LaunchState& launch, RayState& state, Thr
     state.hit.sbtGasIndex = 0;
 }
 
-// The same that depends on the launch index.
+// Sets the members that depend on the launch index.
 SUNSTONE_INLINE void prepareEntry(RayState& root) {
     if (sunstone_gpu_hasBounds && root.launch->boxes)
         prepareBounds(root);

@@ -32,7 +32,7 @@ void sunstone_assertfail(sunstone::devlib::RayState* state, uint64_t condition, 
 
 namespace sunstone::devlib::gpu {
 
-// Stands for callables that do not exist.
+// Takes the place of missing callables.
 extern "C" uint32_t sunstone_no_callable() {
     return 0;
 }

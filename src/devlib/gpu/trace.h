@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // optixTrace and optixReportIntersection on GPUs: the handling of primitives and instances while
 // bvh/gpu/walk/traversal.h walks the tree. Rules and formulas are those of the CPU
-// (devlib/trace_body.h): the best hit is kept apart and moves into RayState::hit at the end,
-// because until then that field is the candidate's; RayState::tmax is the candidate's t in any-hit,
-// the best t in intersection and closest-hit, the ray's own in miss.
+// (devlib/trace_body.h). The best hit is kept apart until the end of traversal, because
+// RayState::hit is the candidate until then. RayState::tmax is the candidate's t in any-hit, the
+// best t in intersection and closest-hit, the ray's own in miss.
 #pragma once
 
 #include "bvh/gpu/walk/traversal.h"
@@ -14,8 +14,8 @@ namespace sunstone::devlib::gpu {
 
 namespace walk = sunstone::bvh::gpu;
 
-// What does not depend on the kinds of primitives and graphs; intersection programs have a pointer
-// to it and hand that to optixReportIntersection.
+// The part of the tracer that does not depend on the kinds of primitives and graphs. Intersection
+// programs receive a pointer to it and pass it to optixReportIntersection.
 struct Candidates {
     RayState* state;
     uint32_t rayFlags;
@@ -23,12 +23,12 @@ struct Candidates {
     bool candidateAnyHit;
     float tmax; // while an intersection program runs
     uint32_t candidateGroup;
-    // The state shows the space that the walk is in, with the record of this index in the
-    // structure; kNothingShown: not yet.
+    // The index of the record that the state shows, in the current structure; kNothingShown: none
+    // yet.
     uint32_t shown;
     static constexpr uint32_t kNothingShown = ~0u;
-    // Where in the graph the walk is: the instance, or transform, entered last, or 0; with more
-    // than one level the last of `transforms`. All else follows from their records.
+    // Place of the walk in the graph: the instance or transform entered last, or 0; with more than
+    // one level the last of `transforms`. Everything else follows from their records.
     uint64_t entered;
     uint32_t transformCount;
     uint32_t visits; // visit programs that run
@@ -36,8 +36,8 @@ struct Candidates {
     struct Best {
         uint32_t kind, primitive, sbtGasIndex;
         uint64_t entered; // with one level
-        // With more: of its path the first `shared` are in `transforms`, the others in
-        // `bestTransforms`. They move there when others take their place.
+        // With more levels: the first `shared` handles of its path are in `transforms`, the others
+        // in `bestTransforms`. They move there when other handles replace them.
         uint32_t transformCount, shared;
         uint32_t attributes[Records::kAttributeWords];
     } best;
@@ -54,7 +54,7 @@ struct Candidates {
         return sunstone_gpu_graph == kGraphSingleLevel || sunstone_gpu_graph == kGraphShallow;
     }
 
-    // What programs see of a place.
+    // The data of a place that programs see.
     struct Place {
         uint32_t index = 0, id = ~0u, sbtOffset = 0;
         uint64_t gas = 0;
@@ -76,7 +76,7 @@ struct Candidates {
         place.gas = childOf(handle);
         return place;
     }
-    // Of the path of `count` handles, which at(i) returns.
+    // The place below the path of `count` handles, which at(i) returns.
     template <class At>
     SUNSTONE_INLINE_MEMBER Place placeOfPath(uint32_t count, At at) const {
         Place place;
@@ -107,7 +107,7 @@ struct Candidates {
                    ? placeOf(best.entered)
                    : placeOfPath(best.transformCount, [this](uint32_t i) { return ofBestPath(i); });
     }
-    // Of the innermost instance.
+    // The flags of the innermost instance.
     SUNSTONE_INLINE_MEMBER uint32_t instanceFlags() const {
         uint64_t handle = entered;
         if (!hasOneLevel()) {
@@ -117,7 +117,7 @@ struct Candidates {
         }
         return handle != 0 && tagOf(handle) == kTagInstance ? recordOf(handle).flags : 0;
     }
-    // Of the state's hit.
+    // Stores the place in the state's hit.
     SUNSTONE_INLINE_MEMBER void setPlace(const Place& place) const {
         state->hit.instanceIndex = place.index;
         state->hit.instanceId = place.id;
@@ -132,7 +132,7 @@ struct Candidates {
         visits = 0;
     }
 
-    // Shows programs, and exceptions, where the walk is.
+    // Stores the current path for programs and exceptions.
     SUNSTONE_INLINE_MEMBER void showPath() const {
         if (hasOneLevel())
             return showEntered(entered);
@@ -170,9 +170,9 @@ struct Candidates {
             best.transformCount = best.shared = transformCount;
     }
 
-    // Fills what programs see of a candidate before they look at it. False if flags drop it.
-    // kMany: further candidates of the same record are likely, as intersection programs decline
-    // most. An any-hit program often ends the ray, where the comparison costs more than it saves.
+    // Stores a candidate for programs. False if flags drop it. kMany: further candidates of the
+    // same record are likely, because intersection programs reject most. An any-hit program often
+    // ends the ray, so the comparison would cost more than it saves.
     template <bool kMany>
     SUNSTONE_INLINE_MEMBER bool startCandidate(const walk::Ray& ray, uint32_t primitive,
                                                uint32_t sbtWord) {
@@ -186,7 +186,7 @@ struct Candidates {
             show(ray, index);
         return true;
     }
-    // What is the same for all candidates of a record in a space.
+    // Stores the data that all candidates of a record in a space share.
     SUNSTONE_INLINE_MEMBER void show(const walk::Ray& ray, uint32_t sbtGasIndex) {
         state->hit.sbtGasIndex = shown = sbtGasIndex;
         showPath();
@@ -207,7 +207,7 @@ struct Candidates {
             state->attributeBlocks[1] = first;
         }
     }
-    // The attributes of a triangle's hit, before a program sees it that reads them.
+    // Computes the attributes of a triangle's hit before a program that reads them runs.
     SUNSTONE_INLINE_MEMBER void computeAttributes(uint32_t group, uint32_t reader) const {
         if constexpr (Records::kAttributePrograms)
             if (state->hit.kind >= kHitTriangleFront && Records::readsAttributes(*state, reader)) {
@@ -216,7 +216,7 @@ struct Candidates {
             }
     }
 
-    // Shows the candidate in state->hit to the any-hit program and takes it unless that declines.
+    // Passes the candidate in state->hit to the any-hit program and takes it unless rejected.
     SUNSTONE_INLINE_MEMBER uint32_t offer(float& rayTmax) {
         uint32_t result = kAccept;
         if (candidateAnyHit) {
@@ -235,14 +235,14 @@ struct Candidates {
         return ended ? kTerminate : kAccept;
     }
 
-    // The candidate becomes one of another record of its build input, until the report ends.
+    // Gives the candidate another record of its build input, until the report ends.
     SUNSTONE_INLINE_MEMBER uint32_t offerMaterial(uint32_t material) {
         if (!Records::hasMaterial(*state, material)) {
             if (const int32_t code = Records::materialFault(*state))
                 raise(state, code);
             return kIgnore;
         }
-        if (material == 0) // whose record the state shows
+        if (material == 0) // the state already shows its record
             return offer(tmax);
         Hit& hit = state->hit;
         const uint32_t first = hit.sbtGasIndex, group = candidateGroup;
@@ -262,8 +262,8 @@ struct Candidates {
         state->sbtData = dataOf(record);
     }
 
-    // Makes the state that of a node's visit program. `origin` and `direction`: of the ray in the
-    // space of the node.
+    // Turns the state into that of a node's visit program. `origin` and `direction`: of the ray in
+    // the space of the node.
     SUNSTONE_INLINE_MEMBER void showVisit(const VisitNode* node, const float origin[3],
                                           const float direction[3], float rayTmax) {
         for (int i = 0; i < 3; ++i) {
@@ -280,14 +280,14 @@ struct Candidates {
     }
 };
 
-// What is indexed by level, apart from the tracer: LLVM keeps that in registers where no pointer to
-// it is passed on and all of its members are known by name.
+// Arrays that are indexed by level. They are separate from the tracer, because LLVM keeps the
+// tracer in registers only if no pointer to it escapes and all its members are accessed by name.
 template <unsigned kMaxLevels>
 struct GraphPath {
     uint64_t transforms[kMaxLevels + 1], best[kMaxLevels + 1];
 };
 
-// What a walk knows of its ray's time.
+// Data of a walk that depends on its ray's time.
 template <bool kMotion>
 struct AtTime {};
 template <>
@@ -379,13 +379,13 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         return uint32_t(__builtin_popcount(activeLanes()));
     }
 
-    // Of triangles the nearest hit is the same in any order, and so is whether there is a hit.
+    // Triangles have the same nearest hit in any order, and the same answer whether there is a hit.
     SUNSTONE_INLINE_MEMBER bool mayReorder() const {
         return !kCustoms && !sunstone_gpu_hasAnyHit &&
                (nearestFirst() || (rayFlags & kRayDisableClosestHit));
     }
 
-    // Lanes wait with rare, long work until they are one of `of` lanes under way.
+    // Lanes wait with rare, long work until at least one in `of` active lanes waits.
     static SUNSTONE_INLINE_MEMBER bool areEnough(bool wants, int of) {
         const uint32_t mask = activeLanes();
         const uint32_t waiting = __nvvm_vote_ballot_sync(mask, wants);
@@ -529,7 +529,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         if (above >= sunstone_gpu_maxGraphDepth(&blockOf(state->launch)))
             reportOf(state).deepGraph = 1;
     }
-    // Before another handle takes the next place of `transforms`.
+    // Called before another handle takes the next place of `transforms`.
     SUNSTONE_INLINE_MEMBER void keepBest() {
 #pragma clang loop unroll(disable)
         for (uint32_t i = transformCount; i < best.shared; ++i)
@@ -538,7 +538,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
             best.shared = transformCount;
     }
 
-    // Below the last level there is nothing to see. `handle`: of what leads there, or 0.
+    // Reports a level below the last one, which is not walked. `handle`: of its traversable, or 0.
     SUNSTONE_INLINE_MEMBER void refuseLevel(uint64_t handle = 0) {
         LaunchReport& report = reportOf(state);
         const bool isShallow = sunstone_gpu_graph == kGraphShallow;
@@ -560,7 +560,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         }
     }
 
-    // Moves the best hit into the state; the group of its record.
+    // Moves the best hit into the state and returns the group of its record.
     SUNSTONE_INLINE_MEMBER uint32_t commit(float t) {
         Hit& hit = state->hit;
         hit.t = t;
@@ -593,7 +593,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
 
 enum class Found : uint32_t { kNothing, kHit, kSilentHit };
 
-// Ties the tracer to the state whose rays it traces.
+// Connects the tracer to the state whose rays it traces.
 template <class Programs>
 SUNSTONE_INLINE void bind(RayState* state, Programs& tracer, typename Programs::Path& path) {
     tracer.state = state;
@@ -601,7 +601,7 @@ SUNSTONE_INLINE void bind(RayState* state, Programs& tracer, typename Programs::
     tracer.bestTransforms = path.best;
 }
 
-// Makes both ready for the ray that the state asks for.
+// Prepares both for the ray that the state requests.
 template <class Programs>
 SUNSTONE_INLINE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) {
     tracer.rayFlags = state->rayFlags;
@@ -620,7 +620,7 @@ SUNSTONE_INLINE void prepare(RayState* state, Programs& tracer, walk::Ray& ray) 
     ray.tmax = state->tmax;
 }
 
-// Begins the walk at the traversable that the state names. False: there is nothing to walk.
+// Starts the walk at the state's traversable. False: there is nothing to walk.
 template <class Programs, class Walk>
 SUNSTONE_INLINE bool startWalk(RayState* state, Programs& tracer, walk::Ray& ray, Walk& walker,
                                typename Walk::Level* levels) {
@@ -631,7 +631,7 @@ SUNSTONE_INLINE bool startWalk(RayState* state, Programs& tracer, walk::Ray& ray
     return false;
 }
 
-// What the walk has found; a hit that programs will see moves into the state.
+// The result of the walk; a hit that programs will see moves into the state.
 template <class Programs>
 SUNSTONE_INLINE Found conclude(Programs& tracer, const walk::Ray& ray, uint32_t& group) {
     if (!tracer.found)
@@ -659,15 +659,15 @@ SUNSTONE_DEVICE_PART Found walkGraph(RayState* state, uint32_t& group) {
     return conclude(tracer, ray, group);
 }
 
-// The frame of the walk is freed before closest-hit and miss programs run, which may trace
-// themselves. One function serves all rays: two, for the nearest hit and for any hit, do not fit
-// into a processor's instruction cache together (docs/notes/programs-gpu.md).
+// The frame of the walk is freed before closest-hit and miss programs run, which may trace. One
+// function serves all rays: two functions, for the nearest hit and for any hit, do not fit into a
+// processor's instruction cache together (docs/notes/programs-gpu.md).
 template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 [[gnu::noinline]] static Found findHit(RayState* state, uint32_t& group) {
     return walkGraph<kWithCustoms, kMaxLevels, kWithMotion>(state, group);
 }
 
-// Makes the state ready for the miss program; its group, or kNoGroup.
+// Prepares the state for the miss program and returns its group, or kNoGroup.
 SUNSTONE_INLINE uint32_t prepareMiss(RayState* state) {
     state->hit.transformCount = 0;
     const uint64_t record = Records::miss(*state);
@@ -703,7 +703,7 @@ SUNSTONE_INLINE Found find(RayState* state, uint32_t& group) {
                                         : findInGraph<kInline, false, false>(state, group);
 }
 
-// The programs at the end of a ray. `tmax`: the ray's own.
+// Runs the programs at the end of a ray. `tmax`: the ray's own.
 SUNSTONE_INLINE void runPrograms(RayState* state, Found found, uint32_t group, float tmax) {
     if (found == Found::kHit) {
         sunstone_gpu_closestHit(state, group);

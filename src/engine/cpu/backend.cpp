@@ -23,7 +23,7 @@ public:
         if (posix_memalign(&memory, kAlignment, whole) != 0)
             fail(Code::kOutOfMemory, "no memory for ", bytes, " bytes");
         std::memset(memory, 0, whole);
-        // CUDA calls take its addresses, and the memory check knows its size.
+        // CUDA calls accept its addresses, and the memory checker has its size.
         device::lendToCpuDevice(memory, std::max<size_t>(bytes, 1));
         return memory;
     }

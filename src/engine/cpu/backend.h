@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU's side of backend.h: cpu/launch.cpp and cpu/compile.cpp; the others stand in accel.cpp,
-// micromap.cpp and denoiser.cpp.
+// The CPU's back end: cpu/launch.cpp and cpu/compile.cpp; accel.cpp, micromap.cpp and denoiser.cpp
+// implement the other functions.
 #pragma once
 
 #include "engine/accel.h"

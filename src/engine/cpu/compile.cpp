@@ -34,7 +34,7 @@ PipelineLimits defaultLimits(const std::vector<std::shared_ptr<ProgramGroup>>& g
     return limits;
 }
 
-// What debug exceptions say of a callable.
+// Stores the data of a callable that debug exceptions report.
 void describeCallable(Pipeline& pipeline, const ProgramRef& ref, devlib::GroupEntry& entry,
                       unsigned continuation) {
     if (!ref)

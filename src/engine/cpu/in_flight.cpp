@@ -22,15 +22,15 @@ using devlib::ThreadState;
 
 constexpr unsigned kFibers = 64; // a bit each
 
-// Of a fiber, as worker threads have it. Pages take memory once they are written.
+// Stack size of a fiber, as of worker threads. A page takes memory once it is written.
 constexpr size_t kStack = 16 << 20;
 // Room below the stack limit for functions of the run-time that do not check.
 constexpr size_t kReserve = 384 << 10;
-// Without this, the frames of all fibers would compete for the same sets of the caches.
+// Offsets of the fibers' frames: without them all frames compete for the same sets of the caches.
 constexpr size_t kColour = 1088, kColours = 61;
 
-// The launch indices of some tiles, square blocks of kFibers after one another: their rays are more
-// alike than those of rows.
+// Enumerates the launch indices of some tiles in square blocks of kFibers, whose rays are more
+// coherent than those of rows.
 class Indices {
 public:
     Indices(const Tiling& tiling, uint64_t first, uint64_t end)
@@ -85,10 +85,10 @@ private:
 class InFlight;
 
 struct Fiber {
-    ThreadState thread; // first: RayState::thread leads to the fiber
+    ThreadState thread; // first member: RayState::thread is the fiber's address
     InFlight* group;
     FiberContext context;
-    ProgramFn next; // what remains to be done for the ray that it waited for, or null
+    ProgramFn next; // to run for the ray that the fiber waited for, or null
 };
 
 class InFlight {
@@ -118,7 +118,7 @@ private:
     SanitizerFibers sanitizer_;
     FiberContext scheduler_ = nullptr;
     Fiber* running_ = nullptr; // null while the scheduler runs
-    // The fibers ready_[nextReady_] to ready_[readyCount_ - 1] may go on.
+    // The fibers ready_[nextReady_] to ready_[readyCount_ - 1] are ready to run.
     unsigned readyCount_ = 0, nextReady_ = 0, waitingCount_ = 0;
     Fiber* ready_[kFibers];
     Fiber* waiting_[kFibers];
@@ -173,7 +173,7 @@ void InFlight::start(Fiber& fiber) {
     ready_[readyCount_++] = &fiber;
 }
 
-// Ends the fiber's turn: the next one that is ready goes on, or the scheduler.
+// Suspends the fiber, or ends it with `forever`; resumes the next ready fiber or the scheduler.
 SUNSTONE_INLINE_MEMBER void InFlight::leave(Fiber& fiber, bool forever) {
     Fiber* next = nullptr;
     if (!SanitizerFibers::kActive && nextReady_ < readyCount_)
@@ -198,7 +198,7 @@ void InFlight::resume(Fiber& fiber) {
     sanitizer_.left();
 }
 
-// Fibers with the same program go on one after another: its code is in the caches then.
+// Fibers with the same program run one after another, while its code is in the caches.
 void InFlight::walk() {
     inFlight_.traceBatch(rays_, next_, waitingCount_);
     unsigned count = 0;
@@ -227,13 +227,14 @@ void InFlight::step() {
     }
 }
 
-// After a fault of the processor: its fiber, or all whose rays were walked, go on with new indices.
+// After a processor fault its fiber, or all fibers whose rays were walked, continue with new
+// indices.
 void InFlight::endFaulty() {
     sanitizer_.abandoned();
     Fiber* const faulty = running_;
     const unsigned walked = faulty ? 0 : waitingCount_;
     runner_.noteFault(faults_, faulty ? faulty->thread : waiting_[0]->thread);
-    // The rest of the ready ones move to the front, because `start` appends.
+    // The remaining ready fibers move to the front, because `start` appends.
     const unsigned left = readyCount_ - nextReady_;
     for (unsigned i = 0; i < left; ++i)
         ready_[i] = ready_[nextReady_ + i];

@@ -56,9 +56,8 @@ devlib::ProgramFn programAt(const Pipeline& pipeline, const Wording& wording, ui
     return pipeline.groups[number].program(devlib::kRoleMain);
 }
 
-// Leaves the current launch index: the launch loop's frame takes over. The transform list at the
-// fault moves to where the exception program, which runs with the launch index's own state, looks
-// for it.
+// Leaves the current launch index by a jump to the launch loop's frame. The exception program runs
+// with the launch index's own state, so the transform list at the fault is copied there.
 [[noreturn]] void leave(RayState* state, int32_t code, const void* returnAddress) {
     ThreadState* thread = state->thread;
     thread->exceptionCode = code;
@@ -92,7 +91,7 @@ void throwException(RayState* state, int32_t code, uint32_t count, const uint32_
     leave(state, code, __builtin_return_address(0));
 }
 
-// Where the innermost compiled program called the run-time.
+// The address at which the innermost compiled program called the run-time.
 const void* callOfProgram() {
     const void* found = nullptr;
     _Unwind_Backtrace(
@@ -138,8 +137,8 @@ void checkMemory(RayState* state, const devlib::CheckedAccess* access) {
         raise(state, devlib::kExceptionAccess, nullptr);
 }
 
-// Bytes of stack for a launch index: the thread's stack alone limits it, unless overflows are to be
-// exceptions.
+// Bytes of stack for a launch index. Only pipelines with stack overflow exceptions have a limit
+// below the thread's stack.
 uint64_t stackBudget(const LaunchRequest& request) {
     if (!(request.pipeline->rules.exceptionFlags & devlib::kFlagStackOverflow))
         return ~uint64_t(0);
@@ -151,7 +150,7 @@ uint64_t stackBudget(const LaunchRequest& request) {
            larger(set.continuationStack, least.continuationStack);
 }
 
-// What the log shall say of a launch that went well.
+// Log lines of a successful launch.
 std::vector<std::string> remarks(const LaunchRequest& request, const Wording& wording,
                                  const devlib::LaunchNotes& notes) {
     std::vector<std::string> lines;
@@ -166,7 +165,7 @@ std::vector<std::string> remarks(const LaunchRequest& request, const Wording& wo
     return lines;
 }
 
-// What programs and the run-time read of a launch, but for its parameters and trace functions.
+// Sets the members that programs and the run-time read, except parameters and trace functions.
 void describe(LaunchState& launch, const LaunchRequest& request) {
     const Pipeline& pipeline = *request.pipeline;
     launch.dimensions[0] = request.width;
@@ -210,7 +209,7 @@ devlib::TraceFeatures featuresOf(const Pipeline& pipeline) {
 // walk may run programs or raise.
 bool mayKeepInFlight(const LaunchRequest& request, const devlib::TraceFeatures& features,
                      const Tiling& tiling, cpu::WishedWay wish) {
-    // Smaller launches are over before two ways could be compared.
+    // Smaller launches end before both ways have been measured.
     constexpr uint64_t kLeastTiles = 32;
     const bool fits = wish == cpu::WishedWay::kInFlight ||
                       (wish == cpu::WishedWay::kFaster && tiling.count() >= kLeastTiles);
@@ -224,7 +223,7 @@ uint64_t nanoseconds() {
     return uint64_t(now.tv_sec) * 1'000'000'000 + uint64_t(now.tv_nsec);
 }
 
-// Runs the tiles from `begin` to before `end` in this way if that is possible; returns the way.
+// Runs the tiles from `begin` to before `end` in this way if possible; returns the way used.
 cpu::Way runPiece(Runner& runner, const cpu::InFlightLaunch& inFlight, const Tiling& tiling,
                   cpu::Way way, uint64_t begin, uint64_t end) {
     if (way == cpu::Way::kInFlight && cpu::runInFlight(runner, inFlight, tiling, begin, end))
@@ -234,8 +233,8 @@ cpu::Way runPiece(Runner& runner, const cpu::InFlightLaunch& inFlight, const Til
     return cpu::Way::kAlone;
 }
 
-// Runs the tiles from `begin` to before `end`, a few at a time, each time in the way that seems to
-// be the faster one. `forced`: all of them in flight.
+// Runs the tiles from `begin` to before `end` in pieces, each in the way that measurements favour.
+// `forced`: all pieces in flight.
 void runTiles(Runner& runner, const cpu::InFlightLaunch& inFlight, cpu::Pace& pace,
               const Tiling& tiling, bool forced, uint64_t begin, uint64_t end) {
     constexpr uint64_t kPiece = 8;

@@ -6,13 +6,13 @@
 namespace sunstone::engine::cpu {
 namespace {
 
-// Halves of pieces, and nanoseconds, that are enough to tell the ways apart.
+// Halves of pieces, and nanoseconds, that suffice for a comparison of the ways.
 constexpr uint64_t kEnoughHalves = 8, kEnoughTime = 2'000'000;
-// The first measured pieces do not count later: they touch memory for the first time.
+// The first measured pieces are discarded later: they touch memory for the first time.
 constexpr uint32_t kWarm = 8;
-// Measured pieces after which the former ones count half, so that the choice follows the scene.
+// After so many measured pieces earlier ones count half, so that the choice follows the scene.
 constexpr uint32_t kHalveEvery = 64;
-// Once both ways are known, one piece of so many is measured.
+// Once both ways are known, one piece in this many is measured.
 constexpr uint32_t kMeasureEvery = 32;
 
 } // namespace
@@ -26,7 +26,7 @@ WishedWay wishedWay() {
                                : WishedWay::kFaster;
 }
 
-// Another thread may add meanwhile: its half is lost, or counts in part, which does no harm.
+// Another thread may add meanwhile. Its half is then lost or counts in part, which is harmless.
 void Pace::Sum::divide(uint64_t by) {
     for (std::atomic<uint64_t>* each : {&nanoseconds, &indices, &halves})
         each->store(each->load(std::memory_order_relaxed) / by, std::memory_order_relaxed);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which way of running launch indices is faster for a pipeline. Launches measure both on pieces of
-// their own; pictures are the same either way.
+// Decides which way of running launch indices is faster for a pipeline. Launches measure both ways
+// on pieces of the picture; results are the same either way.
 #pragma once
 
 #include <atomic>
@@ -10,14 +10,14 @@ namespace sunstone::engine::cpu {
 
 enum class Way : uint8_t { kAlone, kInFlight };
 
-// What SUNSTONE_RAYS asks for.
+// The value of SUNSTONE_RAYS.
 enum class WishedWay : uint8_t { kAlone, kInFlight, kFaster };
 WishedWay wishedWay();
 
 // Any thread may call any function at any time.
 //
-// The parts of a picture cost very different times. So a piece that is measured runs one half in
-// each way: the two have the same neighbourhood.
+// The cost of a picture's parts varies widely. A measured piece therefore runs one half in each
+// way: halves with the same neighbourhood are comparable.
 class Pace {
 public:
     struct Plan {
@@ -25,7 +25,7 @@ public:
         Way way; // of the piece; of its first half if it is measured
     };
     Plan next();
-    // A half of `indices` launch indices took so long on its thread.
+    // Adds half a piece: `indices` launch indices and the time that they took on their thread.
     void add(Way way, uint64_t indices, uint64_t nanoseconds);
 
 private:

@@ -65,8 +65,8 @@ TEST(Pace, PiecesWithoutTimeAreNoMeasurement) {
     EXPECT_TRUE(pace.next().isMeasured);
 }
 
-// Sums are halved several times. What threads choose while others measure depends on how they are
-// scheduled; what they leave behind does not.
+// Sums are halved several times. The choices of threads during measurement depend on scheduling;
+// the final choice does not.
 TEST(Pace, ThreadsMeasureAtOnce) {
     Pace pace;
     std::vector<std::thread> threads;

@@ -14,8 +14,8 @@
 
 namespace sunstone::engine::cpu {
 
-// Shapes of a tile: square ones keep neighbouring rays together; one-dimensional launches take
-// the same number of indices in a row.
+// Shapes of a tile: square tiles keep neighbouring rays together; one-dimensional launches take the
+// same number of indices in a row.
 constexpr uint32_t kTileSide = 16;
 constexpr uint32_t kTileRow = kTileSide * kTileSide;
 
@@ -52,7 +52,7 @@ struct Tile {
     }
 };
 
-// The programs of a launch and what ended launch indices early.
+// The programs of a launch, and the exceptions that ended launch indices early.
 class Runner {
 public:
     // `stackBudget`: bytes of stack that a launch index may use.
@@ -63,8 +63,9 @@ public:
 
     void run(const Tile& tile);
 
-    // Throws what a device program ended the launch with, if one did. `validation`: exceptions of
-    // the run-time count as well. Otherwise returns what no exception program has seen.
+    // Throws the fatal exception of a device program, if any; with `validation` also an exception
+    // of the run-time. Otherwise returns the text of an exception that no exception program
+    // handled, or an empty one.
     std::string finish(bool validation) const;
 
     // ---- for in_flight.cpp ----
@@ -80,8 +81,9 @@ public:
             devlib::prepareBounds(state);
         entry_(&state);
     }
-    // What follows an exception: the exception program, or where there can be none the end of the
-    // launch. Called outside device code; `faults` receives those of the exception program.
+    // Handles an exception: runs the exception program, or notes the exception if there is none or
+    // the launch ends. Called outside device code; `faults` receives faults of the exception
+    // program.
     void endIndex(devlib::RayState& state, const FaultFrame& place, FaultFrame& faults);
     void noteFault(const FaultFrame& frame, const devlib::ThreadState& thread) {
         fatal_.add(frame, thread, launch_);

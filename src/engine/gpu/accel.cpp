@@ -72,7 +72,7 @@ bvh::MemoryUsage GpuBackend::accelMemory(const bvh::BuildInputs& inputs,
     return bvh::gpu::Builder::computeMemoryUsage(inputs, options);
 }
 
-// Kernels cannot return errors; the next context that calls logs them.
+// Kernels cannot return errors; the context of the next call logs them.
 void GpuBackend::tellOfBuilds(const Context& context) {
     if (!context.log)
         return;
@@ -114,7 +114,7 @@ uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
          " is no acceleration structure");
 }
 
-// As far as the handle alone shows.
+// Checks the handle itself, without the memory behind it.
 void GpuBackend::requireStructure(uint64_t handle, const char* parameter) {
     const devlib::HandleTag tag = devlib::tagOf(handle);
     if ((tag != devlib::kTagGas && tag != devlib::kTagIas) ||

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CUDA GPUs behind backend.h. A pipeline is one module of machine code (gpu/code.h); a launch is
+// The back end for CUDA GPUs. A pipeline is one module of machine code (gpu/code.h); a launch is
 // one kernel with a block of device memory (devlib/gpu/launch_block.h), copied in stream order.
 #pragma once
 

@@ -131,7 +131,7 @@ LoadedGpuCodes::Entry LoadedGpuCodes::find(const std::string& key) {
 }
 
 void LoadedGpuCodes::add(Entry entry) {
-    Entry gone; // dies without the mutex
+    Entry gone; // destroyed without the mutex
     std::lock_guard lock(mutex_);
     auto old = std::find_if(entries_.begin(), entries_.end(),
                             [&](const Entry& each) { return each.key == entry.key; });

@@ -17,13 +17,13 @@
 
 namespace sunstone::engine {
 
-// A loaded module. All its launches have ended when it is destroyed; the context need not be
+// A loaded module. All its launches have ended before its destruction; the context need not be
 // current then.
 class LoadedGpuCode {
 public:
-    // Loads the machine code, or the text if there is no code that the driver accepts. The context
-    // is current. Throws kLinkError with the driver's message if it refuses the text too, or if
-    // there is none. `log`: its compiler's report on functions, or empty.
+    // Loads the machine code, or the text if the driver accepts no machine code. The context is
+    // current. Throws kLinkError with the driver's message if it refuses the text too, or if there
+    // is none. `log`: the compiler's report on functions, or empty.
     LoadedGpuCode(CUcontext context, const compiler::GpuCode& code, unsigned maxRegisters,
                   std::string& log);
     ~LoadedGpuCode();
@@ -40,7 +40,7 @@ private:
     CUmodule module_ = nullptr;
 };
 
-// Code of one pipeline for one kind of graphs. Waits for its launches when it dies.
+// Code of one pipeline for one kind of graphs. The destructor waits for its launches.
 class GpuCodeObject {
 public:
     GpuCodeObject(CUcontext context, std::shared_ptr<const LoadedGpuCode> code)
@@ -54,10 +54,10 @@ public:
     // Bytes of stack that the programs take for traces of full depth and callables two deep.
     // stackBytes: the limit for a launch index with stack overflow exceptions.
     size_t neededStack = 0;
-    size_t reservedStack = 0;           // of it, for functions that do not check
-    devlib::LaneMemory laneMemory = {}; // that its warps claim, if they do
+    size_t reservedStack = 0;           // part of neededStack for functions that do not check
+    devlib::LaneMemory laneMemory = {}; // claimed by its warps, if any
     std::atomic<size_t> stackBytes = 0;
-    std::string feedback; // what the compiler has to say
+    std::string feedback; // messages of the compiler
     const std::shared_ptr<LaunchFindings> findings = std::make_shared<LaunchFindings>();
 
 private:
@@ -69,8 +69,8 @@ private:
 // thread may call.
 class GpuPipelineCode final : public DeviceCode {
 public:
-    // Makes code; null where programs have variables, of which code for other graphs would have
-    // its own. Never null for kGraphAny.
+    // Makes code. Null where programs have variables, because code for other graphs would have
+    // copies of them. Never null for kGraphAny.
     using Make = std::function<std::shared_ptr<GpuCodeObject>(devlib::GraphKind)>;
     static constexpr unsigned kShallowDepth = 2; // of devlib::kGraphShallow
     // flags: OptixTraversableGraphFlags.

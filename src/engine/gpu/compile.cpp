@@ -31,8 +31,8 @@ using namespace device::cuda;
 
 namespace {
 
-// The newest PTX that a driver reads: CUDA releases in which that changed, and versions of PTX from
-// there on, 10 * major + minor (release notes in the PTX ISA manual).
+// The newest PTX that a driver reads: the CUDA releases that introduced a version of PTX, and that
+// version, 10 * major + minor (release notes in the PTX ISA manual).
 struct PtxOfRelease {
     int driver; // 1000 * major + 10 * minor
     unsigned ptx;
@@ -50,7 +50,7 @@ unsigned ptxVersionOf(int driverVersion) {
     return version;
 }
 
-// Programs that run while another one's trace, or call, is under way and can start the same again.
+// Whether programs can start again while an instance of them waits for a trace or call.
 bool mayRecurse(const PipelineParts& parts) {
     for (const auto& group : parts.groups) {
         if (group->kind == devlib::kGroupCallables || group->kind == devlib::kGroupException ||
@@ -85,12 +85,16 @@ uint32_t constantOf(const compiler::GpuPipelineRequest& request, std::string_vie
     return found == request.constants.end() ? 0 : found->second;
 }
 
-// Of a thread. More warps are worth more than what is spilled, on an H100 from 96 to 72 up to 12 %
-// where there are no instances, from 96 to 80 up to 6 % where there is one level of them
-// (docs/notes/instances-gpu.md). Three kinds of kernels want more: where nodes have two motion keys
-// 96 are 9 to 19 % faster than 72, and below motion transforms 128 are 5 to 7 % faster than 96.
-// Kernels that take turns are 6 % faster with 128 than with 96 if their graphs are deep, and with
-// 80 than with 72 if they meet custom primitives, curves or spheres (docs/notes/programs-gpu.md).
+// Registers of a thread. Fewer registers allow more warps but spill more. Measured on an H100
+// (docs/notes/instances-gpu.md, docs/notes/programs-gpu.md):
+//
+//   kernel                                               best   faster than
+//   no instances                                           72   96 by up to 12 %
+//   one level of instances                                 80   96 by up to 6 %
+//   nodes with two motion keys                             96   72 by 9 to 19 %
+//   motion transforms                                     128   96 by 5 to 7 %
+//   takes turns, deep graphs                              128   96 by 6 %
+//   takes turns, custom primitives, curves or spheres      80   72 by 6 %
 constexpr unsigned kMostRegisters = 128;
 unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurns) {
     const compiler::PipelineRules& rules = request.pipeline.rules;
@@ -104,17 +108,21 @@ unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurn
     return takesTurns && !onlyTriangles ? std::max(most, 80u) : most;
 }
 
-// Bytes of the kernel: with more spills, more registers are worth more than warps. On an H100
-// kernels whose programs recurse take 5 to 27 % less time with 128 registers if they spill 440 to
-// 660 bytes, and more if they spill up to 260; others take more up to 580, and 5 % less at 820
-// (docs/notes/programs-gpu.md, recursion-gpu.md).
+// Whether a kernel spills so much that more registers are better than more warps. Measured with 128
+// registers on an H100 (docs/notes/programs-gpu.md, docs/notes/recursion-gpu.md):
+//
+//   programs   bytes spilled   time
+//   recurse    up to 260       longer
+//   recurse    440 to 660      5 to 27 % shorter
+//   others     up to 580       longer
+//   others     820             5 % shorter
 bool spills(std::string_view log, bool recurses) {
     return compiler::gpuSpillsIn(log) > (recurses ? 400 : 700);
 }
 
-// The kernel's machine code with few registers, or with many if it spills much otherwise. Both are
-// made at once where the second is often needed and there are processors for it: it takes as long
-// as the first.
+// The kernel's machine code with few registers, or with many if it spills much otherwise. If the
+// second is often needed and there are enough processors, both are compiled at once: each takes the
+// same time.
 std::optional<MachineCode> machineCodeOf(const compiler::GpuCode& code,
                                          const compiler::GpuPipelineRequest& request,
                                          unsigned registers, CUcontext context) {
@@ -149,8 +157,9 @@ std::optional<MachineCode> machineCodeOf(const compiler::GpuCode& code,
     return std::move(made[made[1] ? 1 : 0]);
 }
 
-// Makes room for the frames of recursion, which the driver cannot foresee; false if it refuses. The
-// limit is the CUDA context's: a thread that had read it before another raised it would lower it.
+// Makes room for the frames of recursion, which the driver cannot compute; false if it refuses. The
+// limit belongs to the CUDA context: without the lock a thread could lower a limit that another has
+// just raised.
 bool raiseStackLimit(size_t bytes) {
     std::lock_guard lock(gpuProcess().stackLimit);
     size_t limit = 0;
@@ -164,7 +173,7 @@ bool raiseStackLimit(size_t bytes) {
     return true;
 }
 
-// Beside frames: the driver's own use of the stack, and functions that it provides.
+// In addition to frames: the driver's own use of the stack, and functions that it provides.
 constexpr size_t kReserved = 1024;
 // Bytes that the driver's compiler spills in kernels without a report.
 constexpr size_t kSpills = 1024;
@@ -177,7 +186,7 @@ size_t stackNeed(unsigned traceDepth, const compiler::GpuStack& stack, size_t ke
 
 } // namespace
 
-// What a pipeline's code is made from, for graphs of any kind.
+// The input of a pipeline's compilation, for graphs of any kind.
 struct GpuBackend::CodePlan {
     compiler::GpuPipelineRequest request; // without the kind of graphs
     compiler::ObjectStore* cache = nullptr;
@@ -192,23 +201,24 @@ GpuPipelineCode& GpuBackend::codeOf(const Pipeline& pipeline) {
     return static_cast<GpuPipelineCode&>(*pipeline.deviceCode);
 }
 
-// The depth that is declared; until then, that of the graphs which can exist now. Code for two
-// levels takes half the time to make and less to run. A launch makes other code, and waits for the
-// GPU, only if deep graphs come after the pipeline and it never declares them.
+// The declared depth; before a declaration, the depth of the graphs that can exist now. Code for
+// two levels takes half the time to compile and runs faster. A launch compiles other code, and
+// waits for the GPU, only if deep graphs appear after the pipeline and it never declares their
+// depth.
 unsigned GpuBackend::depthOfGraphs(const PipelineLimits& limits) {
     if (limits.maxGraphDepth != devlib::kMaxGraphDepth || gpuGraphsMayBeDeep())
         return limits.maxGraphDepth;
     return GpuPipelineCode::kShallowDepth;
 }
 
-// How much of the stack a launch index may use before it counts as an overflow.
+// Sets the part of the stack that a launch index may use; more is an overflow.
 void GpuBackend::setStackUse(GpuCodeObject& code) {
     size_t limit = 0;
     SUNSTONE_CU(ctxGetLimit, &limit, CU_LIMIT_STACK_SIZE);
     code.stackBytes = limit - std::min(limit, code.reservedStack);
 }
 
-// The sizes can only enlarge the stack beyond the programs' known need.
+// The sizes can only enlarge the stack beyond the known need of the programs.
 void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     const PipelineLimits set = pipeline.limits.get();
     GpuCodeObject& code = *codeOf(pipeline).get(depthOfGraphs(set));
@@ -223,7 +233,7 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     setStackUse(code);
 }
 
-// Without a store no code is kept here either: with the cache off, code must be compiled. `loaded`
+// Without a store no code is kept here either, because a disabled cache means compilation. `loaded`
 // is null where GpuPipelineCode::Make returns null.
 LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest& request,
                                              compiler::ObjectStore* store) {
@@ -287,7 +297,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     return entry;
 }
 
-// Every driver has this, even if its compiler cannot return machine code.
+// This variant works with every driver, even if its compiler cannot return machine code.
 bool GpuBackend::takes(const std::string& ptx) {
     ContextScope scope(device_.context());
     CUmodule module = nullptr;
@@ -297,7 +307,7 @@ bool GpuBackend::takes(const std::string& ptx) {
     return true;
 }
 
-// Drivers newer than this library are asked for the versions they read.
+// Drivers newer than this library report the versions that they read.
 unsigned GpuBackend::newestPtx() {
     std::call_once(ptxAsked_, [this] {
         newestPtx_ = ptxVersionOf(device_.driverVersion());
@@ -326,7 +336,7 @@ bool GpuBackend::accepts(const ptx::Module& module) {
     return takes(compiler::withHeader(ptx::print(module), header));
 }
 
-// Makes room on the stack for the code, which the driver cannot foresee where programs recurse.
+// Makes room on the stack for the code; the driver cannot compute the need of recursive programs.
 void GpuBackend::makeRoom(GpuCodeObject& code, const CodePlan& plan,
                           const compiler::GpuStack& stack) {
     int frame = 0;
@@ -336,7 +346,7 @@ void GpuBackend::makeRoom(GpuCodeObject& code, const CodePlan& plan,
         return;
     }
     code.neededStack = stackNeed(plan.request.maxTraceDepth, stack, size_t(frame));
-    if (plan.hasVisits) // `stack` counts the circle of walks and visit programs once
+    if (plan.hasVisits) // `stack` counts the cycle of walks and visit programs once
         code.neededStack += (devlib::kMostNestedVisits - 1) * std::max(stack.entry, stack.other);
     code.reservedStack = stack.other + kReserved;
     if (!raiseStackLimit(code.neededStack))

@@ -32,9 +32,9 @@ bool isStructure(uint64_t handle) {
     return tag == devlib::kTagGas || tag == devlib::kTagIas;
 }
 
-// In other memory. Transforms are the caller's: an address makes the same handle again, without
-// a call. Memory that the caller maps again may hold a structure that was kept elsewhere
-// meanwhile.
+// Whether a handle may be valid although its address is in another allocation now. Transforms
+// belong to the caller: the same address gives the same handle, without a call. Memory that the
+// caller maps again may hold a structure that it kept elsewhere meanwhile.
 bool mayBeBack(uint64_t handle) {
     return !isStructure(handle) || isMappedByApplication(driver(), devlib::addressOf(handle));
 }
@@ -139,7 +139,7 @@ void GpuHandleTable::enter(Entry& entry) {
     slots[place] = entry.handle;
 }
 
-// Another table, without removed handles.
+// Lays out another table, without removed handles.
 void GpuHandleTable::lay() {
     std::erase_if(entries_, [](const auto& each) { return !each.second.isThere; });
     std::erase_if(order_, [&](uint64_t handle) { return !entries_.contains(handle); });

@@ -17,19 +17,19 @@ public:
     std::mutex mutex;
 
     void note(uint64_t handle);
-    // Checks this many structures with the driver, continuing after the last call's.
+    // Checks `count` structures with the driver, continuing after those of the last call.
     void look(size_t count);
-    // The one of `handle` and the newest structure's that is valid, or 0.
+    // `handle` if it is valid, else the newest structure's handle if that is valid, else 0.
     uint64_t usual(uint64_t handle);
     // Whether a path may have more than two traversables: transforms exist, or two instance
     // structures. Once true, it stays true.
     bool mayBeDeep();
-    // There is a table, and it is shorter to write it than all that has changed.
+    // Lays out a table if there is none, or if the list of changes is much longer than the table.
     void tidy();
 
     std::vector<uint64_t> slots;
     uint64_t layout = 0;          // counts changes of all places
-    std::vector<uint32_t> writes; // places written to since, in order
+    std::vector<uint32_t> writes; // places written since then, in order
     unsigned shift() const;
 
 private:

@@ -91,8 +91,8 @@ void GpuKernelCode::forgetForTests() {
     gpuProcess().kernels.forget();
 }
 
-// Finds images, or notes that the driver has refused them. Returns which kernels' code was an
-// image: for these the code that is kept on disk has not been tried.
+// Finds images, or notes that the driver has refused them. Returns for each kernel whether its code
+// was an image: the code on disk has not been tried for these.
 std::vector<bool> GpuKernelCode::findImages(std::span<const KernelSource* const> kernels, bool anew,
                                             std::vector<std::string>& codes) {
     std::lock_guard lock(imageMutex_);

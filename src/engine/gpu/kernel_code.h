@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code of the library's own kernels: what the build made (kernel_images.h), else made by
-// the driver's compiler on all threads. The latter is kept in the disk cache of the API's context,
-// as that of pipelines is, and in this process, whose contexts share it with or without a cache.
+// Machine code of the library's own kernels: that of the build (kernel_images.h), else compiled by
+// the driver's compiler on all threads. Compiled code is kept in the disk cache of the API's
+// context, like that of pipelines, and in this process, where all contexts share it with or without
+// a cache.
 #pragma once
 
 #include "device/cuda/kernel_set.h"
@@ -16,7 +17,7 @@
 
 namespace sunstone::engine {
 
-// Code that this process has made or read, by key: at most that of the library's kernels, a few
+// Code that this process has compiled or read, by key: at most that of the library's kernels, a few
 // megabytes. Any thread may call.
 class KnownKernelCode {
 public:
@@ -43,7 +44,7 @@ public:
     std::vector<std::string> machineCode(std::span<const device::cuda::KernelSource* const> kernels,
                                          bool anew) override;
 
-    // The code that this process keeps.
+    // Drops the code that this process keeps.
     static void forgetForTests();
 
 private:

@@ -38,7 +38,7 @@ private:
     std::string_view archive_;
 };
 
-// What this library was built with.
+// The images in this library.
 const KernelImages& builtKernelImages();
 
 } // namespace sunstone::engine

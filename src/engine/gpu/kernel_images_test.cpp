@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code that the build made: what the archive holds, which entry serves a GPU, and what
-// happens when the driver refuses it.
+// Machine code of the build: the contents of the archive, the entry for a GPU, and refusals by the
+// driver.
 #include "engine/gpu/kernel_images.h"
 
 #include "bvh/gpu/kernels_ptx.h"
@@ -89,7 +89,7 @@ TEST(KernelImages, TheLibraryHasItsBuilders) {
     EXPECT_NE(built.find(90, 99000, "denoiser sunstone_guides"), "");
 }
 
-// No compiler is here, so code is either an image or left to the driver.
+// No compiler is available here, so code is either an image or left to the driver.
 TEST(KernelImages, RefusedImagesAreNotUsedAgain) {
     const std::string archive = archiveOf(13000, {{90, "a", "A"}, {90, "b", "B"}});
     const KernelImages images(archive);

@@ -18,12 +18,12 @@ public:
     GpuLaneMemory(const GpuLaneMemory&) = delete;
     GpuLaneMemory& operator=(const GpuLaneMemory&) = delete;
 
-    // Slots of at least so many bytes for so many warps that run at a time, or for fewer if memory
-    // is short; warps then wait for one another. With inStep, where warps of a block meet, they may
-    // not: one that waits for a slot would hold up those that have one. The context is current.
-    // Throws kOutOfMemory where there is none even for a few, or with inStep for all.
+    // A pool for `warps` concurrent warps, with slots of at least slotBytes. If memory is short, it
+    // has fewer slots, and warps wait for one another. With inStep it has all slots: a waiting warp
+    // would block the warps of its block that have one. The context is current. Throws kOutOfMemory
+    // if memory is too short for a few slots, or with inStep for all.
     devlib::LaneMemory obtain(uint64_t slotBytes, uint32_t warps, bool inStep);
-    // Frees all pools; no launch is under way, and the context is current.
+    // Frees all pools; no launch is in progress, and the context is current.
     void release() noexcept;
 
 private:

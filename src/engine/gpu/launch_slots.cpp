@@ -66,7 +66,7 @@ std::string readText(uint64_t address) {
 }
 
 // The exception details of getters, if `words` belong to this exception. The texts live as long as
-// the caller's.
+// the caller's copies.
 struct Details {
     devlib::ExceptionInfo info{};
     std::string name, line;
@@ -127,7 +127,7 @@ std::string textOf(const devlib::LaunchSaying& saying, const Wording& wording) {
 GpuLaunchSlots::Lease::Lease(GpuLaunchSlots& slots, const ContextPtr& context, CUstream stream,
                              size_t parameterBytes, bool validation)
     : slots_(slots), stream_(stream), isCaptured_(device::cuda::isCapturing(driver(), stream)) {
-    constexpr unsigned kFew = 4; // so that a launch costs the same however many are under way
+    constexpr unsigned kFew = 4; // bounds the cost of a launch
     slots.tellOfEnded(kFew);
     slot_ = &slots.take(parameterBytes);
     slot_->context = context;
@@ -383,7 +383,7 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
             {slot.context, LogLevel::kWarning, where + "no exception program saw: " + unseen});
 }
 
-// Reports of graphs' launches whose pipeline has been destroyed. The graphs may exist still.
+// Reports of graphs' launches whose pipeline has been destroyed. The graphs may still exist.
 void GpuLaunchSlots::tellOfGraphs(Lines& lines) {
     for (auto& slot : slots_) {
         if (slot->state != State::kCaptured || !slot->findings.expired())

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory of launches in flight on a GPU: for each a block in device memory with room for launch
-// parameters, and its image in page-locked host memory. A slot is reused once its launch has ended;
-// its reports are logged then, or by tellOfEnded(). A captured launch stays part of a graph, which
-// may run at any time. Its slot is reused, and the report of its last run logged, after the graph
-// and all its copies and executable forms have been destroyed: the graph owns a user object whose
-// destructor says so. Drivers before CUDA 11.3 have no user objects; slots are then kept until the
-// CUDA context ends. The report is also logged after the pipeline has been destroyed, because no
-// graph may run it then. Until one of the two, a run may be writing the report.
+// Memory of launches in flight on a GPU: each has a block in device memory with room for launch
+// parameters, and an image of the block in page-locked host memory. A slot is reused once its
+// launch has ended; its reports are logged then, or by tellOfEnded().
+//
+// A captured launch stays part of a graph, which may run at any time. Its slot is reused, and the
+// report of its last run logged, once the graph and all its copies and executable forms have been
+// destroyed: the graph owns a user object, whose destructor signals this. Drivers before CUDA 11.3
+// have no user objects; slots are then kept until the CUDA context ends. The report is also logged
+// once the pipeline has been destroyed, because no graph may run the launch after that. Until one
+// of the two, a run may be writing the report.
 #pragma once
 
 #include "device/cuda/driver.h"
@@ -29,9 +31,9 @@ public:
         kTaken,     // its launch is being queued
         kQueued,    // settled by the first thread that finds it ended
         kAwaited,   // queued, and settled by the thread that waits for it
-        kCaptured,  // may be queued by any launch of the graph, until that is destroyed
+        kCaptured,  // may be queued by any launch of the graph until the graph is destroyed
         kAbandoned, // queued in part: free once that part has ended, without a report
-        kLost,      // the CUDA context failed before it was known to be over
+        kLost,      // the CUDA context failed before the launch was known to have ended
     };
     struct Slot {
         CUdeviceptr memory = 0; // LaunchBlock, then the parameters
@@ -51,7 +53,7 @@ public:
     };
     static constexpr size_t kParameters = (sizeof(devlib::LaunchBlock) + 255) / 256 * 256;
 
-    // A slot while a launch is being queued; freed again unless queued() is reached.
+    // The slot of a launch that is being queued; freed unless queued() is reached.
     class Lease {
     public:
         Lease(GpuLaunchSlots& slots, const ContextPtr& context, CUstream stream,
@@ -61,9 +63,9 @@ public:
         Lease& operator=(const Lease&) = delete;
         Slot* operator->() const { return slot_; }
 
-        // After everything of the launch is queued.
+        // Call it once all work of the launch is queued.
         void queued();
-        // Queues the end too, waits for it and returns why the launch failed; empty if it did not.
+        // Also queues the end, waits for it and returns the cause of a failure, or an empty text.
         std::string finish();
 
     private:
@@ -80,7 +82,7 @@ public:
     ~GpuLaunchSlots();
 
     // Logs the reports of launches that have ended, and launches lost with the CUDA context; stops
-    // after finding so many that still run. The context is current.
+    // after finding mostPending running ones. The context is current.
     void tellOfEnded(unsigned mostPending);
 
 private:
@@ -100,14 +102,14 @@ private:
     void lose(CUresult reason, Lines& lines);
     static void settle(Slot& slot, Lines& lines);
     static void tell(const Lines& lines); // without mutex_: a log callback may launch
-    // withTexts: the pipeline's module, which has them, is loaded.
+    // withTexts: the pipeline's module, which holds the texts, is loaded.
     static std::string failureOf(const Slot& slot, bool validation, bool withTexts);
 
     CUcontext context_;
     std::mutex mutex_;
     std::vector<std::unique_ptr<Slot>> slots_;
     uint64_t launches_ = 0;
-    size_t next_ = 0; // where to look for launches that have ended
+    size_t next_ = 0; // where the search for ended launches starts
 };
 
 } // namespace sunstone::engine

@@ -8,9 +8,9 @@ namespace sunstone::engine {
 
 namespace {
 
-// Rays of one way that are worth an answer.
+// Rays with one patience that suffice for a decision.
 constexpr uint64_t kEnoughRays = 1 << 18;
-// Scenes and cameras change: so many launches later all ways are tried again.
+// After so many launches all settings are tried again, because scenes and cameras change.
 constexpr unsigned kLaunchesOfAChoice = 64;
 
 bool isSlower(const devlib::WarpPace& a, const devlib::WarpPace& b) {

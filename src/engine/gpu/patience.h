@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long the warps of a pipeline wait for the rays of their slowest lanes before they look after
-// idle ones (devlib/gpu/loop.h). Launches of the pipeline try all ways side by side, and later ones
-// take the fastest; pictures are the same either way.
+// Measures how long the warps of a pipeline should walk on for their slowest lanes before they
+// refill idle ones (devlib/gpu/loop.h). Launches of the pipeline try all settings side by side, and
+// later ones use the fastest; pictures are the same with all settings.
 #pragma once
 
 #include "devlib/gpu/launch_block.h"
@@ -14,10 +14,10 @@ namespace sunstone::engine {
 // Any thread may call any function at any time.
 class WarpPatience {
 public:
-    // Fills the patience of the next launch. `mayTry`: it reports soon, as launches of graphs do
-    // not.
+    // Sets the patience of the next launch. `mayTry`: the launch reports soon, unlike launches of
+    // graphs.
     void choose(devlib::LaunchWork& work, bool mayTry);
-    // What a launch has reported.
+    // Adds the report of a launch.
     void learn(const devlib::WarpPace (&paces)[devlib::kPatienceWays]);
 
 private:
@@ -28,7 +28,7 @@ private:
     unsigned launches_ = 0; // since the choice was measured last
 };
 
-// What launches of a pipeline have found out for later ones. Launches may outlive the pipeline.
+// Results of a pipeline's launches for later ones. Launches may outlive the pipeline.
 struct LaunchFindings {
     std::atomic<uint64_t> usualHandle = 0; // that rays of the last launch used, if any reported it
     WarpPatience patience;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all GPU back ends of a process share: a process has one driver, and structures and limits
-// belong to CUDA contexts, which several device contexts may use.
+// State shared by all GPU back ends of a process: a process has one driver, and structures and
+// limits belong to CUDA contexts, which several device contexts may use.
 #pragma once
 
 #include "engine/gpu/handle_table.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Queries on a GPU: structures by the builder's kernels, batches by persistent warps
+// Queries on a GPU: the builder's kernels build structures, persistent warps trace batches
 // (bvh/gpu/batch/kernels.cu). Arrays of the host are copied to the device and back.
 #include "engine/queries/queries.h"
 #include "base/error.h"
@@ -54,7 +54,7 @@ struct GpuStructure final : QueryStructure {
     std::vector<StructurePtr> children;
 };
 
-// Memory and events that queries use again, because allocation waits for the GPU.
+// Memory and events that queries reuse, because allocation waits for the GPU.
 class ScratchPool {
 public:
     explicit ScratchPool(CUcontext context) : context_(context) {}
@@ -90,7 +90,7 @@ public:
         {
             std::lock_guard lock(mutex_);
             const auto found = free_.lower_bound(size);
-            // Not one that is much too large: others may need it.
+            // Skip memory that is much too large: others may need it.
             if (found != free_.end() && found->first <= 2 * size + kSmall) {
                 MemoryPtr memory = found->second;
                 free_.erase(found);

@@ -26,7 +26,8 @@ GpuSharedMemory::~GpuSharedMemory() {
     }
 }
 
-// The driver grants more than host and GPU have together, and writing there kills the process.
+// The driver grants more memory than host and GPU have together; a write to the excess kills the
+// process.
 void GpuSharedMemory::requireRoom(size_t bytes) {
     size_t free = 0, onGpu = 0;
     SUNSTONE_CU(memGetInfo, &free, &onGpu);
@@ -44,7 +45,7 @@ void* GpuSharedMemory::fromDriver(size_t bytes) {
     return reinterpret_cast<void*>(memory);
 }
 
-// A piece of the size, a power of two.
+// A piece of this size, a power of two.
 void* GpuSharedMemory::small(size_t bytes) {
     std::vector<void*>& list = free_[bytes];
     if (list.empty()) {

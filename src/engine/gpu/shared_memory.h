@@ -12,7 +12,7 @@
 
 namespace sunstone::engine {
 
-// Any thread may call. Pieces that were not freed die with this object.
+// Any thread may call. The destructor frees all remaining pieces.
 class GpuSharedMemory {
 public:
     explicit GpuSharedMemory(CUcontext context) : context_(context) {}

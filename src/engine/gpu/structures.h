@@ -13,15 +13,14 @@
 
 namespace sunstone::engine {
 
-// A structure was built, compacted or relocated, or a transform was made a traversable, of this
-// handle.
+// Registers the handle of a structure that was built, compacted or relocated, or of a transform.
 void noteGpuHandle(uint64_t handle);
 
 // GpuHandleTable::mayBeDeep() for all handles of the process.
 bool gpuGraphsMayBeDeep();
 
-// The table of known handles in the memory of a CUDA context. Any thread may call; the context is
-// current, and idle when the table dies.
+// The table of known handles in the memory of a CUDA context. Any thread may call. The context is
+// current, and idle at destruction.
 class GpuKnownHandles {
 public:
     GpuKnownHandles() = default;
@@ -34,11 +33,11 @@ public:
     static constexpr size_t kSome = 8, kAll = ~size_t(0);
     struct View {
         uint64_t known; // see bvh/gpu/known_handles.h
-        uint64_t usual; // that of the caller if it is known, else the newest structure's, or 0
+        uint64_t usual; // the caller's if it is known, else the newest structure's, or 0
     };
-    // Brings the table up to date, for work on this stream. A captured launch gets a number that
-    // leads to the table at the time when its graph runs: from then on every noted handle is added
-    // to it at once.
+    // Updates the table for work on this stream. A captured launch gets a number that refers to the
+    // table at the time when its graph runs: after a capture every new handle is added to the table
+    // at once.
     View update(size_t asked, uint64_t usual, CUstream stream);
     // The context was destroyed: the destructor does not call the driver.
     void abandon();

@@ -23,8 +23,8 @@ bool isInAddressSpace(uint64_t address, uint64_t bytes) {
     return address >= kPage && bytes <= kAddressEnd && address <= kAddressEnd - bytes;
 }
 
-// Asks the kernel, which answers instead of faulting, to read a byte of each page. False where a
-// page cannot be read, or the system forbids the question.
+// Lets the kernel read a byte of each page, which returns an error instead of a fault. False if a
+// page cannot be read, or if the system forbids the call.
 bool canRead(uint64_t address, uint64_t bytes) {
     uint8_t values[kFewPages + 1];
     iovec there[kFewPages + 1];
@@ -35,15 +35,15 @@ bool canRead(uint64_t address, uint64_t bytes) {
     return process_vm_readv(getpid(), &mine, 1, there, count, 0) == ssize_t(count);
 }
 
-// The same for writing: prepares the pages and leaves their contents, which other queries may be
-// writing. Linux before 5.14 answers false.
+// The same for writing: prepares the pages and keeps their contents, which other queries may be
+// writing. False on Linux before 5.14.
 bool canWrite(uint64_t address, uint64_t bytes) {
     constexpr int kPopulateWrite = 23; // MADV_POPULATE_WRITE
     const uint64_t begin = address / kPage * kPage;
     return madvise(reinterpret_cast<void*>(begin), address + bytes - begin, kPopulateWrite) == 0;
 }
 
-// The same by the list of the process's mappings, which takes longer for few pages.
+// The same from the list of the process's mappings, which takes longer for few pages.
 bool isMapped(uint64_t address, uint64_t bytes, bool written) {
     FILE* const maps = std::fopen("/proc/self/maps", "re");
     if (!maps)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ray queries without programs: structures of triangles or instances, and batches of rays. The
 // shells of OptiX Prime and of sunstone/rays.h use these objects. Descriptions are checked by the
-// shell; a structure never
-// changes once it is built, so queries under way keep what they use.
+// shell. A structure never changes once it is built, so queries in progress keep the structures
+// that they use.
 #pragma once
 
 #include "bvh/batch/batch.h"
@@ -17,7 +17,7 @@
 
 namespace sunstone::engine {
 
-// Elements in memory of the caller.
+// An array in memory of the caller.
 struct QueryArray {
     const void* address = nullptr;
     uint64_t count = 0;
@@ -62,7 +62,7 @@ struct TraceRequest {
     bvh::RayBatch batch() const; // with the caller's addresses
 };
 
-// Work that may run apart from the thread that asked for it.
+// Work that may run asynchronously.
 class Completion {
 public:
     virtual ~Completion() = default;
@@ -91,16 +91,17 @@ class QueryDevice {
 public:
     virtual ~QueryDevice() = default;
 
-    // These wait. Streams: after work that was queued before on the default stream.
+    // The calls below wait for their work. On streams it follows all earlier work of the default
+    // stream.
     virtual StructurePtr build(const ModelTriangles& triangles) = 0;
     virtual StructurePtr build(const ModelInstances& instances) = 0;
-    // The same triangles with the masks that the indices have now.
+    // A structure with the same triangles and the current masks of the indices.
     virtual StructurePtr withMasks(const StructurePtr& structure,
                                    const ModelTriangles& triangles) = 0;
     // A copy of another device's structure of triangles.
     virtual StructurePtr copy(const StructurePtr& structure, QueryDevice& owner) = 0;
-    // All bytes of a structure of triangles and of its masks, for copies on other devices; the
-    // format of these bytes.
+    // All bytes of a structure of triangles and of its masks, for copies on other devices, and
+    // their format.
     struct Image {
         std::vector<uint8_t> block;
         std::vector<uint32_t> masks;
@@ -108,10 +109,10 @@ public:
     virtual Image image(const QueryStructure& structure) = 0;
     virtual bool usesCpuLayout() const = 0;
 
-    // Queues the query, or runs it at once where that is all the device can do.
+    // Queues the query; a device without queues runs it at once.
     virtual CompletionPtr trace(const TraceRequest& request) = 0;
 
-    // Whether the range can be read, or written, by the device or by the host.
+    // Whether the device can read and write the range.
     virtual bool isDeviceMemory(const void* address, uint64_t bytes) = 0;
 };
 

@@ -597,8 +597,8 @@ TEST(PrimeMisc, Threads) {
     EXPECT_RTP(rtpContextDestroy(shared));
 }
 
-// Settings of a context change, and its objects are destroyed, while other threads use them: calls
-// succeed or are refused.
+// While other threads use a context and its objects, its settings change and objects are destroyed:
+// calls succeed or return an error.
 TEST(PrimeMisc, ThreadsChangeWhatOthersUse) {
     RTPcontext context = nullptr;
     ASSERT_RTP(rtpContextCreate(RTP_CONTEXT_TYPE_CPU, &context));
@@ -645,7 +645,7 @@ TEST(PrimeMisc, ThreadsChangeWhatOthersUse) {
 }
 
 #ifndef PRIME_TEST_CUDA
-// Without a CUDA driver library, contexts of the CPU work and those of CUDA are refused.
+// Without a CUDA driver library, CPU contexts work and CUDA contexts are refused.
 TEST(PrimeMisc, NoCudaDriver) {
     RTPcontext context = nullptr;
     EXPECT_EQ(rtpContextCreate(RTP_CONTEXT_TYPE_CUDA, &context), RTP_ERROR_OBJECT_CREATION_FAILED);

@@ -115,7 +115,7 @@ double dot(D3 a, D3 b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-// Distance, and how far inside the least of the three barycentric coordinates is.
+// The distance, and the smallest of the three barycentric coordinates.
 struct Candidate {
     double t, u, v, margin;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of OptiX Prime share: contexts of both types, buffers in memory of the host or of
-// the CUDA device, a mesh, rays, and a judge that tests every triangle in double precision.
+// Code that the tests of OptiX Prime share: contexts of both types, buffers in memory of the host
+// or of the CUDA device, a mesh, rays, and a reference that tests every triangle in double
+// precision.
 #pragma once
 
 #include "optix_prime/optix_prime.h"
@@ -59,7 +60,7 @@ public:
     size_t size() const { return values_.size(); }
     size_t bytes() const { return values_.size() * sizeof(T); }
     std::vector<T>& values() { return values_; }
-    // The values where queries see them, or back.
+    // Copies the values to the memory that queries access, or back.
     void upload() {
         if (device_)
             copyToDevice(device_, values_.data(), bytes());
@@ -107,8 +108,8 @@ std::vector<Ray> randomRays(size_t count, unsigned seed);
 // The mesh after a transform of three rows.
 Mesh moved(const Mesh& mesh, const float* rows);
 
-// Whether each hit agrees with a test of all triangles; the number of those that do not. Rays near
-// edges may go either way.
+// The number of hits that contradict a test of all triangles. For rays near edges, both results are
+// allowed.
 size_t wrongHits(const Mesh& mesh, const std::vector<Ray>& rays, const std::vector<Hit>& hits,
                  bool any = false);
 

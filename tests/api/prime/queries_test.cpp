@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hits of OptiX Prime against a judge: query types, formats, masks, ranges, strides, asynchronous
-// execution. All tests run for each type of context and memory.
+// Hits of OptiX Prime against a reference: query types, formats, masks, ranges, strides,
+// asynchronous execution. All tests run for each type of context and memory.
 #include "fixture.h"
 
 #include <algorithm>
@@ -270,7 +270,7 @@ TEST_P(PrimeQueries, MasksHideTriangles) {
         const std::vector<Hit> hits = traceMasked(context, masked.model, memory(), rays, mask);
         EXPECT_EQ(wrongHits(visible(mesh, maskOf, mask), rays, hits), 0u) << mask;
     }
-    // Rays without masks meet everything.
+    // Rays without masks meet all triangles.
     EXPECT_EQ(wrongHits(mesh, rays, trace(masked.model, rays, RTP_QUERY_TYPE_CLOSEST, memory())),
               0u);
     // New masks on the same triangles.
@@ -405,7 +405,7 @@ TEST_P(PrimeQueries, EmptyModelsAndEmptyRanges) {
         EXPECT_EQ(hit.t, -1);
 }
 
-// Vertices that are no numbers and indices out of range: such triangles are never hit.
+// Triangles with NaN vertices or indices out of range are never hit.
 TEST_P(PrimeQueries, InvalidTrianglesAreNeverHit) {
     Mesh mesh = soup(100, 0.4f, 1);
     const Mesh good = mesh;
@@ -489,7 +489,7 @@ TEST_P(PrimeQueries, InstancesOfModels) {
         }
         EXPECT_RTP(rtpModelDestroy(top));
     }
-    // Models of an instance model may be destroyed once it is updated.
+    // After the update of an instance model, the models of its instances may be destroyed.
     RTPmodel top = nullptr;
     ASSERT_RTP(rtpModelCreate(context, &top));
     ASSERT_RTP(rtpModelSetInstances(top, instances, full));

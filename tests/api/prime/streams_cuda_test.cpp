@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What only contexts of CUDA do: streams, the current device, memory that is not the device's.
+// Features of CUDA contexts: streams, the current device, memory that does not belong to the
+// device.
 #include "fixture.h"
 
 #include "cuda.h"

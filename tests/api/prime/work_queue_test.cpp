@@ -24,7 +24,7 @@ TEST(WorkQueue, KeepsTheOrder) {
         EXPECT_EQ(done.at(size_t(i)), i);
 }
 
-// A thread that waits is not kept by work that others push meanwhile.
+// A waiting thread does not wait for work that other threads push meanwhile.
 TEST(WorkQueue, WaitingEndsBeforeLaterWork) {
     std::promise<void> first, second;
     WorkQueue queue;

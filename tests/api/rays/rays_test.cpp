@@ -68,7 +68,7 @@ TEST(Rays, AllHitsBeginWithTheClosest) {
         for (size_t k = offsets[i]; k + 1 < offsets[i + 1]; ++k)
             EXPECT_LE(all[k].t, all[k + 1].t);
     }
-    // Without room nothing is written but the offsets.
+    // Without room, only the offsets are written.
     std::vector<Hit> few(10, Hit{7, 7, 7, 7, 7});
     EXPECT_EQ(sunstoneAllHits(scene.handle(), rays.data(), rays.size(), few.data(), few.size(),
                               offsets.data()),
@@ -130,7 +130,7 @@ TEST(Rays, NearestPointsOfAllSizes) {
     }
 }
 
-// Coordinates are exact, so distances lose nothing but their last rounding.
+// Coordinates are exact, so distances have only their last rounding.
 TEST(Rays, NearestPointsFarFromTheOrigin) {
     const float far = 1e6f;
     const Scene scene({far - 1, far - 1, 0, far + 3, far - 1, 0.5f, far - 1, far + 3, 0.25f},

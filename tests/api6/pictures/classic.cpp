@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws a scene with the classic API: an instance is a transform above a geometry group of its own;
+// Renders a scene with the classic API: an instance is a transform above its own geometry group;
 // the groups share their acceleration.
 #include "scene.h"
 

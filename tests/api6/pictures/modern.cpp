@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws a scene with OptiX 7: an instance has a record of its own for each ray type.
+// Renders a scene with OptiX 7: an instance has its own record for each ray type.
 #include "scene.h"
 
 #include "modern.h"

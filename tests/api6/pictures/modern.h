@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host passes to the OptiX 7 programs.
+// Launch parameters and records of the OptiX 7 programs.
 #pragma once
 
 #include <cuda_runtime.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The classic API and OptiX 7 give the same picture of a scene, bit for bit: both walk the same
+// The classic API and OptiX 7 render equal pictures of a scene, bit for bit: both traverse the same
 // structures, and their programs have the same arithmetic (shade.h).
 #include "scene.h"
 

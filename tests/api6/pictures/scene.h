@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene that both APIs draw. Its instances have colours of their own.
+// A scene that both APIs render. Each instance has its own colour.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ constexpr unsigned kWidth = 96, kHeight = 72;
 // Colour and distance of each pixel.
 using Picture = std::vector<std::array<float, 4>>;
 
-// Each reads its programs from the file of PTX.
+// Both read their programs from the PTX file.
 Picture drawClassic(const Scene& scene, const std::string& ptxFile);
 Picture drawModern(const Scene& scene, const std::string& ptxFile);
 

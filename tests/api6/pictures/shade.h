@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The arithmetic of both sets of programs. They are compiled without contraction to fused
-// operations, so that equal expressions give equal numbers.
+// operations, so that equal expressions have equal results.
 #pragma once
 
 namespace shade {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program for `mpirun -n N sunstone run`: renders pictures with all ranks and with this one alone
-// and compares them.
+// A program for `mpirun -n N sunstone run`: renders pictures with all ranks and with this rank
+// alone, and compares them.
 //   ranks_client same RANKS        pictures after changes of every kind are the same
 //   ranks_client death RANKS       the same, while a node is killed
 //   ranks_client alone             without other ranks, everything runs on this one
@@ -66,7 +66,7 @@ public:
     }
     ~Scene() { context_->destroy(); }
 
-    // The picture of so many subframes; `meanwhile` is called once some are made.
+    // Renders the picture of so many subframes; calls `meanwhile` after the first subframes.
     template <class Body>
     std::vector<unsigned char> render(unsigned subframes, const Body& meanwhile) {
         context_->launchProgressive(0, width_, height_, subframes);
@@ -89,7 +89,7 @@ public:
         return picture;
     }
 
-    // One change after the other, of each kind; false: there are no more.
+    // Makes one change of each kind per call; false: there are no more.
     bool change(unsigned number) {
         switch (number) {
         case 0:
@@ -231,7 +231,7 @@ int difference(const std::vector<unsigned char>& a, const std::vector<unsigned c
     return most;
 }
 
-// Of this machine, and started by the mpirun that started this process.
+// The nodes of this machine that were started by the mpirun of this process.
 std::vector<pid_t> nodes() {
     const auto read = [](const std::string& path) {
         std::ifstream file(path, std::ios::binary);

@@ -5,8 +5,8 @@
 // test, with a line for each function: its name and one letter for each call, S (success) or F.
 //
 // SUNSTONE_CLASSIC_DROP is "function letters", as in such a line: calls with the letter S, and
-// calls beyond the letters, return success and do nothing. check.cpp proves with it that a test
-// notices what the function does.
+// calls beyond the letters, return success and do nothing. check.cpp uses this to prove that a test
+// detects a missing effect of the function.
 #include "optix.h"
 #include "optix_cuda_interop.h"
 #include "optix_gl_interop.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a test notices what each function of the classic API does.
+// Proves for each function of the classic API that a test fails if the function has no effect.
 //
 //   check (--check | --find) TABLE FUNCTIONS RECORDS PROGRAM...
 //
 // A row of TABLE has a function and the test that shows its effect. FUNCTIONS lists all functions.
 // Each PROGRAM runs once and leaves records of its tests in the folder RECORDS (calls.cpp). Then
 // each test of the table runs again, and calls of the function that succeed do nothing: the test
-// must fail. A row with the test "-" has a reason in its third column: the function does nothing,
-// or cannot succeed; no test may then succeed with it and notice it. --find prints rows for
+// must fail. A row with the test "-" has a reason in its third column: the function has no effect,
+// or cannot succeed. Then no test may call it with success and depend on it. --find prints rows for
 // functions that the table lacks.
 #include <sys/wait.h>
 #include <unistd.h>
@@ -85,7 +85,7 @@ std::set<std::string> readFunctions(const std::string& path) {
     return names;
 }
 
-// Runs the program with variables of the environment, silently; whether it passes.
+// Runs the program silently with variables of the environment; returns whether it passes.
 bool passes(const std::string& program, const std::string& filter,
             const std::vector<std::pair<std::string, std::string>>& variables) {
     const pid_t child = fork();
@@ -112,7 +112,7 @@ bool passes(const std::string& program, const std::string& filter,
     return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-// Adds what the program leaves in the folder, which is emptied before.
+// Empties the folder, runs the program and adds its records from the folder.
 void addRecords(Records& records, const std::string& folder, const std::string& program) {
     fs::remove_all(folder);
     fs::create_directories(folder);

@@ -80,7 +80,7 @@ struct World {
     std::vector<std::vector<uint8_t>> memory;
     std::vector<void*> slots;           // results of the present call
     std::vector<std::type_index> kinds; // of slots
-    // Of each context: buffers of indices below 3 and of zeros, which no call changes.
+    // For each context, buffers that no call changes: indices below 3, and zeros.
     std::map<RTcontext, RTbuffer> indices, zeros;
     const std::string* texts[2] = {}; // PTX
     bool smallCounts = false;         // for the present call
@@ -230,7 +230,7 @@ T argument(World& w) {
     }
 }
 
-// How many elements memory has is an argument of such functions.
+// Such functions take the number of elements as a separate argument.
 template <class T>
 constexpr bool kIsMemory =
     std::is_pointer_v<T> && !IsHandle<T>::value && !std::is_same_v<T, const char*> &&

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random calls: those whose arguments types do not tell, and all others by their names in
-// functions.inc, which CMake makes of the headers.
+// Random calls: functions whose types do not determine their arguments, and all others by their
+// names in functions.inc, which CMake generates from the headers.
 #include "calls.h"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ RTprogram newProgram(World& w, RTcontext context, const char* name) {
 
 namespace {
 
-// ---- Functions whose arguments types do not tell -----------------------------------------------
+// ---- Functions whose types do not determine their arguments ------------------------------------
 
 RTresult setObject(World& w) {
     std::vector<std::type_index> kinds = nodes();
@@ -110,7 +110,7 @@ RTresult setProgram(World& w) {
     }
 }
 
-// New contents of a buffer, as many bytes as it says it has.
+// New contents of a buffer, of the size that the API reports.
 RTresult fillBuffer(World& w) {
     const RTbuffer buffer = w.handle<RTbuffer>();
     void* data = nullptr;
@@ -144,7 +144,7 @@ RTresult setDevicePointer(World& w) {
     return result;
 }
 
-// Sizes between small ones and those that no memory has would take it all.
+// Small sizes, or sizes that no machine has: those between would take all memory.
 RTresult setSizes(World& w) {
     RTsize sizes[3] = {};
     for (RTsize& size : sizes)

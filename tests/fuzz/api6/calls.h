@@ -18,17 +18,17 @@ struct Call {
 
 std::vector<Call> calls();
 
-// The finding, the present call and how to repeat the sequence; ends the process.
+// Prints the finding, the present call and how to repeat the sequence; ends the process.
 [[noreturn]] void fail(const std::string& what);
 
-// Kinds of handles that are nodes of graphs, and some object of these kinds.
+// The kinds of handles that are nodes of graphs, and an object of one of these kinds.
 const std::vector<std::type_index>& nodes();
 RTobject anyObject(World& w, const std::vector<std::type_index>& kinds);
 RTprogram newProgram(World& w, RTcontext context, const char* name);
 
 void createContext(World& w);
 void destroyContext(World& w);
-// Gives a context what a launch needs, after calls have taken it away.
+// Restores what a launch needs in a context, after calls have removed it.
 RTresult repair(World& w);
 
 } // namespace fuzz

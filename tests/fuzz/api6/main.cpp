@@ -87,7 +87,7 @@ void run(uint64_t sequence, uint64_t count, const std::array<std::string, 2>& te
     alarm(0);
 }
 
-// Only functions that signal handlers may call.
+// Calls only functions that signal handlers may call.
 void tell() {
     char text[256];
     const int length =
@@ -114,7 +114,7 @@ int report(uint64_t sequences, uint64_t start) {
                      counts[1]);
     }
     const auto& launches = gCounts["rtContextLaunch"];
-    // A busy machine makes few sequences in its time, and those reach fewer functions.
+    // On a busy machine few sequences run in the given time, and they reach fewer functions.
     constexpr uint64_t kEnough = 400;
     const bool reached = launches[0] && launches[1] && (never < 80 || sequences < kEnough);
     if (reached)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that can be launched: at the begin of a sequence, and again after calls that broke them.
+// Scenes that can be launched: at the start of a sequence, and again after calls have broken them.
 #include "calls.h"
 
 namespace fuzz {
@@ -49,7 +49,7 @@ RTgeometrygroup newGeometryGroup(World& w, RTcontext context) {
     return group;
 }
 
-// What a launch of the first scene needs, again after calls have taken it away.
+// Creates what a launch of the first scene needs, or restores it after calls have removed it.
 void furnish(World& w, RTcontext context, bool isNew) {
     const auto variable = [&](const char* name) {
         RTvariable found = nullptr;
@@ -80,7 +80,7 @@ void furnish(World& w, RTcontext context, bool isNew) {
         rtVariableSet1ui(variable(name), 0);
     for (const char* name : {"chosen", "materials", "element", "texture_id", "by_id"})
         rtVariableSet1i(variable(name), 1);
-    // A new group, or one of the graph that has come about.
+    // A new group, or one of the graph that the calls have made.
     const RTvariable top = variable("top_object");
     if (isNew || w.chance(60) || rtVariableSetObject(top, anyObject(w, nodes())) != RT_SUCCESS)
         rtVariableSetObject(top, newGeometryGroup(w, context));

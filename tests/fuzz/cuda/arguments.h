@@ -131,7 +131,7 @@ public:
         while (cuCtxPopCurrent(&popped) == CUDA_SUCCESS && popped) {
         }
         must(cuCtxSetCurrent(primary));
-        // Queued work may have read freed memory or released it again.
+        // Queued work may have accessed freed memory or freed it again.
         const CUresult last = cuCtxSynchronize();
         const bool isLate = last == CUDA_ERROR_ILLEGAL_ADDRESS || last == CUDA_ERROR_INVALID_VALUE;
         if (!isLate || !mayBeLate)
@@ -159,7 +159,7 @@ public:
             return uint32_t(below(10));
         }
     }
-    // Small, or far more than any machine has.
+    // A small size, or far more than any machine has.
     size_t size() {
         switch (below(10)) {
         case 0:
@@ -230,7 +230,7 @@ public:
     CUdeviceptr wrongAddress() {
         return oneOf<CUdeviceptr>({0, 1, size() | 1ull << 63, device + kBytes, device - 1});
     }
-    // Where only device memory is taken.
+    // For calls that accept only device memory.
     CUdeviceptr address() {
         if (chance(60))
             return addresses.live[below(addresses.live.size())] + (chance(70) ? 0 : below(40) * 4);
@@ -241,7 +241,7 @@ public:
     // Host memory that ends after this many bytes; null if it has fewer.
     char* hostMemory(size_t bytes) { return bytes > kBytes ? nullptr : host + kBytes - bytes; }
 
-    // A place for a result, of exactly its size: a sanitizer sees writes beside it.
+    // Memory of exactly the size of a result: a sanitizer sees writes beside it.
     template <class T>
     T* result(size_t count = 1) {
         results_.push_back(std::make_unique<char[]>(std::max<size_t>(1, count) * sizeof(T)));
@@ -266,7 +266,7 @@ public:
 private:
     static constexpr size_t kPage = 4096;
 
-    // The end of memory that pages without access follow.
+    // Memory whose end is followed by pages without access.
     char* guarded(size_t bytes) {
         void* const base =
             mmap(nullptr, bytes + kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -297,7 +297,7 @@ void fill(World& w, CUDA_ARRAY3D_DESCRIPTOR& d) {
     if (w.chance(30))
         d.Flags = 0;
 }
-// One side of a copy. Queued copies have memory that lasts.
+// One side of a copy. Queued copies use memory that lives as long as the sequence.
 template <class Copy>
 void fillCopy(World& w, Copy& c, bool lasts) {
     const size_t host = size_t(1) << 12; // may be used
@@ -333,7 +333,7 @@ void fillCopy(World& w, Copy& c, bool lasts) {
         c.srcLOD = w.chance(95) ? 0 : w.size();
         c.dstLOD = w.chance(95) ? 0 : w.size();
     }
-    // Host memory is as long as it has to be, or it is not given.
+    // Host memory is as large as the copy needs, or null.
     unsigned __int128 reach = 0;
     if constexpr (requires { c.Depth; })
         for (const auto& [x, y, z, pitch, height] :

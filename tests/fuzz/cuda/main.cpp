@@ -29,7 +29,7 @@ std::map<std::string, std::array<unsigned long, 2>> gCounts;
 
 template <auto kFunction, class... Args>
 CUresult callWith(World& w, CUresult (*)(Args...)) {
-    // Braces: arguments are made in this order.
+    // In braces arguments are evaluated in this order.
     std::tuple<Args...> arguments{argument<Args>(w)...};
     const CUresult result = std::apply(kFunction, arguments);
     if (result == CUDA_SUCCESS)
@@ -56,7 +56,7 @@ CUresult end(World& w) {
     return endWith<kFunction>(w, kFunction);
 }
 
-// A few nodes, and how many.
+// A few nodes and their number.
 struct Nodes {
     explicit Nodes(World& w) : count(w.chance(60) ? 0 : w.below(4)) {
         list = w.chance(96) ? w.result<CUgraphNode>(count) : nullptr;
@@ -203,7 +203,7 @@ const Call kCalls[] = {
      }},
     CALL(cuCtxPushCurrent, 1),
     CALL(cuCtxPopCurrent, 1),
-    // Often: few calls work without.
+    // A high weight: few calls work without a current context.
     {"cuCtxSetCurrent", 10,
      [](World& w) { return cuCtxSetCurrent(w.chance(90) ? w.primary : w.handle<CUcontext>()); }},
     CALL(cuCtxGetCurrent, 1),

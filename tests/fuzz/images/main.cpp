@@ -3,7 +3,7 @@
 // and all their kernels compiled. For any bytes the call must return a result. An input is
 // determined by its number and the files: `fuzz_images --input NUMBER FILES` repeats a failure.
 //   fuzz_images [--seconds N] [--start N] [--input N] PTX FILES
-// A container lies before memory that cannot be read.
+// Unreadable memory follows each container.
 #include "../last_words.h"
 #include "../options.h"
 #include "../ptx_changes.h"

@@ -39,7 +39,7 @@ void require(CUresult result, const char* what) {
     std::abort();
 }
 
-// All that the kernel can write.
+// Runs the kernel and returns all memory that it can write.
 Words run(CUfunction kernel, unsigned blocks, unsigned threads, const char* way) {
     setenv("SUNSTONE_KERNELS", way, 1); // read at the first launch, which compiles, and at each one
     uint32_t n = blocks * threads;
@@ -76,7 +76,7 @@ void tryKernel(unsigned long number, bool print) {
     const std::string text = fuzz::RandomKernel(number).write();
     if (print)
         std::fputs(text.c_str(), stdout);
-    // Modules of their own, as a kernel is compiled once.
+    // A module for each way, because a kernel is compiled only once.
     CUmodule modules[2] = {};
     CUfunction kernels[2] = {};
     for (int i = 0; i < 2; ++i) {

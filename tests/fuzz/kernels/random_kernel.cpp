@@ -162,7 +162,7 @@ void RandomKernel::computeLong() {
     line("cvt.u32.u64 " + target() + ", " + wide);
 }
 
-// From constant memory: at one place for all, side by side, or anywhere.
+// From constant memory: all threads at one place, side by side, or anywhere.
 void RandomKernel::read() {
     std::string index;
     switch (below(3)) {
@@ -230,7 +230,7 @@ void RandomKernel::call() {
          name("%v", below(kVarying)) + ", " + name("%s", below(kAlike)) + ")");
 }
 
-// ---- statements of several --------------------------------------------------------------------
+// ---- statements of several threads ------------------------------------------------------------
 
 void RandomKernel::together(const Flow& flow) {
     const std::string into = target();
@@ -275,7 +275,7 @@ void RandomKernel::together(const Flow& flow) {
     }
 }
 
-// Through shared memory, by all threads of the block.
+// All threads of the block exchange words through shared memory.
 void RandomKernel::exchange() {
     const std::string other = fresh("%t"), place = fresh("%t");
     line("st.shared.u32 [%slot], " + varying());
@@ -354,7 +354,8 @@ void RandomKernel::breakTogether(Flow& flow, const std::string& exit) {
     flow.isWhole = false;
 }
 
-// Out of the loops around that may be left in any way, on to their next round, or to the end.
+// Leaves enclosing loops that may be left in any way, continues with their next round, or ends the
+// thread.
 void RandomKernel::leave(const Flow&) {
     size_t outermost = open_.size();
     while (outermost > 0 && open_[outermost - 1].isWild)
@@ -385,7 +386,7 @@ void RandomKernel::loop(const Flow& flow) {
         inner.mask.clear();
         inner.isWhole = false;
     }
-    // Rounds: as many for all threads, or not.
+    // Whether all threads make the same number of rounds.
     const bool isCommon = chance(50);
     if (isCommon) {
         line("mov.u32 " + bound + ", " + std::to_string(1 + below(6)));
@@ -492,7 +493,7 @@ void RandomKernel::block(Flow flow, unsigned count) {
     counters_.resize(known); // others may not have been written to
 }
 
-// Leaves a digest of all registers and ends the thread.
+// Stores a digest of all registers and ends the thread.
 void RandomKernel::finish() {
     line("mov.u32 %digest, 1");
     const auto add = [&](const std::string& what) {

@@ -3,8 +3,9 @@
 // sequence is determined by its number alone: `fuzz_prime --sequence NUMBER` repeats it.
 //   fuzz_prime [--seconds N] [--start N] [--sequence N] [--calls N]
 //
-// The caller's obligations are kept: memory that work may use lives as long as the sequence, and no
-// thread changes it meanwhile. Bytes behind each buffer of hits must stay as they are.
+// The fuzzer meets a caller's obligations: memory that queued work may use lives as long as the
+// sequence, and no thread changes it meanwhile. Bytes behind each buffer of hits must stay as they
+// are.
 #include "../last_words.h"
 #include "../options.h"
 
@@ -50,7 +51,8 @@ struct World {
     uint64_t below(uint64_t n) { return random() % n; }
     bool chance(unsigned percent) { return below(100) < percent; }
 
-    // Vertices, rays and matrices among other things: numbers near zero, indices, odd bits.
+    // Fills a buffer for use as vertices, rays, matrices, ...: numbers near zero, indices, odd
+    // bits.
     void fill(int buffer) {
         uint8_t* const to = buffers[size_t(buffer)].data();
         const unsigned kind = unsigned(below(4));
@@ -80,7 +82,7 @@ struct World {
         }
         return live[below(live.size())];
     }
-    // Mostly one of these formats.
+    // A buffer descriptor, mostly of one of these formats.
     RTPbufferdesc desc(unsigned first, unsigned last) {
         for (int i = 0; i < 40 && !descs.empty() && chance(98); ++i) {
             const RTPbufferdesc found = descs[below(descs.size())];
@@ -146,7 +148,7 @@ RTPresult createDesc(World& w) {
     return result;
 }
 
-// Ranges beyond the buffers would let queries write to memory of others.
+// With ranges beyond the buffers queries would write to other memory.
 RTPresult setRange(World& w) {
     const uint64_t most = kMostElements;
     if (w.chance(80)) {
@@ -173,7 +175,7 @@ RTPresult destroy(World& w, std::vector<T>& live, RTPresult (*function)(T)) {
     return result;
 }
 
-// New contents of a buffer, when no work uses it.
+// New contents of a buffer that no work uses.
 RTPresult refill(World& w) {
     for (const RTPquery query : w.queries)
         rtpQueryFinish(query);
@@ -337,7 +339,7 @@ void run(uint64_t sequence, uint64_t calls) {
     }
 }
 
-// Only functions that signal handlers may call.
+// Calls only functions that signal handlers may call.
 void tell() {
     char text[256];
     const int length =
@@ -371,7 +373,7 @@ int main(int argc, char** argv) {
     for (const Call& call : kCalls) {
         const auto& counts = gCounts[call.name];
         std::printf("%-34s %8lu failed %8lu succeeded\n", call.name, counts[0], counts[1]);
-        // Contexts of CUDA exist beside a driver only.
+        // CUDA contexts need a driver.
         const bool cudaOnly = std::strstr(call.name, "Cuda") != nullptr;
         all &= counts[0] != 0 && (counts[1] != 0 || cudaOnly);
     }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs compiled with the project's headers, run by the libnvoptix.so.1 and libcuda.so.1 that
-// the process finds: Sunstone's, or those of a GPU driver. The judge of the headers' transform
-// arithmetic is the library, whose object-space ray must equal the world-space ray transformed by
-// the headers. Usage: interop PROGRAMS.ptx; prints [SKIP] where a library or a feature is missing.
+// the process finds: Sunstone's, or those of a GPU driver. The library is the reference for the
+// headers' transform arithmetic: its object-space ray must equal the world-space ray that the
+// headers transform. Usage: interop PROGRAMS.ptx; prints [SKIP] where a library or a feature is
+// missing.
 #include "scene.h"
 
 #include <optix.h>

@@ -39,7 +39,7 @@ std::string contentOf(const std::filesystem::path& path) {
     return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-// How many rows of the kind there are, all of them exported.
+// Expects that the library exports all names of the kind; returns their number.
 size_t expectExported(const std::string& kind, const char* path, bool onlyMarked = false) {
     void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     EXPECT_NE(library, nullptr) << dlerror();

@@ -14,7 +14,7 @@
 
 namespace {
 
-// A table that lost rows must not pass. Rows that are absent say why in the third column.
+// A table that lost rows must not pass. Rows of kind "absent" give the reason in the third column.
 const std::map<std::string, int> kExpected = {
     {"absent", 668},      {"acceleration", 7},   {"builder", 7},         {"device field", 2},
     {"device macro", 16}, {"device member", 15}, {"device name", 72},    {"device type", 55},
@@ -58,7 +58,7 @@ std::string concrete(std::string name) {
     return replaced(name, "::type", "::template type<int>");
 }
 
-// The check of one row; empty: one that a compiler cannot make.
+// The check of one row; empty if a compiler cannot make it.
 std::string check(std::string kind, const std::string& symbol, const std::string& detail,
                   int line) {
     if (kind.starts_with("device "))

@@ -7,7 +7,7 @@
 
 namespace math {
 
-// A component: of a floating-point type in `real`, of an integer type or bool in `whole`.
+// A component: floating-point types use `real`, integer types and bool `whole`.
 struct Number {
     double real;
     long long whole;

@@ -18,7 +18,7 @@ struct Row {
     std::string kind, symbol, type;
 };
 
-// How many rows of each kind the API has; a table that lost some must not pass.
+// Number of rows of each kind: a table that lost rows must not pass.
 const std::map<std::string, int> kExpected = {
     {"function", 478},     {"template", 18}, {"stream", 21},      {"member", 57},
     {"static member", 10}, {"field", 11},    {"constructor", 19}, {"size", 6},
@@ -51,7 +51,7 @@ std::vector<Row> readTable(const char* path) {
     return rows;
 }
 
-// The parts of "R(A, B)"; commas inside <> separate nothing.
+// The parts of "R(A, B)"; commas inside <> do not separate.
 std::vector<std::string> parameters(const std::string& signature) {
     std::vector<std::string> parts;
     int depth = 0;

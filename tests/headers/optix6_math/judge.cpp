@@ -77,7 +77,7 @@ Reals part(const Reals& a, int from, int count) {
     return Reals(a.begin() + from, a.begin() + from + count);
 }
 
-// One function of the components of vectors; scalars count for each component.
+// Applies a function to the components of vectors; scalars count for each component.
 template <typename F>
 Reals each(const Values& v, F f) {
     size_t size = 1;
@@ -106,7 +106,7 @@ Real arithmetic(char op, const Reals& v) {
     }
 }
 
-// Sums over the inner index; a Quaternion on the left turns by q (0, v) q^-1.
+// Sums over the inner index. A Quaternion on the left rotates by q (0, v) q^-1.
 Reals product(const Type& a, const Reals& x, const Type& b, const Reals& y) {
     if (a.name == "optix::Quaternion") {
         const Reals axis = part(x, 0, 3), v = part(y, 0, 3);
@@ -195,7 +195,7 @@ Reals disk(const Reals& sample) {
     const Real radius = std::max(std::fabs(x), std::fabs(y));
     if (radius == 0)
         return {0, 0};
-    // The way along the square of this radius, from (radius, 0), in quarters.
+    // The distance along the square of this radius, from (radius, 0), divided by the radius.
     const Real way =
         std::fabs(x) > std::fabs(y) ? (x > 0 ? y / x : 4 + y / x) : (y > 0 ? 2 - x / y : 6 - x / y);
     return {radius * std::cos(way * kPi / 4), radius * std::sin(way * kPi / 4)};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the functions of the classic API's mathematics mean, in long double, which holds every
-// 64-bit integer. Written from the manual, apart from the headers.
+// Reference results of the classic API's mathematical functions, in long double, which holds every
+// 64-bit integer. Written from the manual, independently of the headers.
 #pragma once
 
 #include <string>
@@ -31,7 +31,7 @@ struct Case {
     std::vector<Type> results; // the result and the parameters that are written
 };
 
-// Arguments to results, each a sequence of components.
+// Arguments or results, each a sequence of components.
 using Values = std::vector<Reals>;
 Values expected(const Case& c, const Values& arguments);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The classic API's mathematics, compiled for the host and run there, and compiled to PTX and run
-// by the CUDA driver of the CPU: each function with many random arguments against judge.h, and the
-// members of the classes by what the manual says of them.
+// by the CUDA driver of the CPU: each function with many random arguments against judge.h, the
+// members of the classes against the manual.
 #include "calls.h"
 #include "judge.h"
 #include "members.h"
@@ -158,7 +158,7 @@ Real squares(const Reals& v, size_t from, size_t count) {
     return sum;
 }
 
-// Whether rounding of the arguments decides, so that either answer is right.
+// Whether rounding of the arguments decides, so that both answers are correct.
 bool undecided(const Case& c, const Values& v, const Values& want) {
     if (c.name == "refract") {
         Real along = 0;
@@ -180,7 +180,7 @@ bool undecided(const Case& c, const Values& v, const Values& want) {
            squares(want[1], 0, 3) < 1;
 }
 
-// Whether the results of a call are right; text says what is not.
+// Whether the results of a call are correct; the text names what is wrong.
 bool agrees(const Case& c, const Values& want, const Number* out, std::string& text) {
     const bool intersects = c.name.compare(0, 18, "intersect_triangle") == 0;
     const bool early = c.name == "intersect_triangle_earlyexit" && want[0][0] == 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A C API that notes its calls as text, for tests of the C++ wrapper: "rtBufferSetSize1D(buffer,
-// 3)". Places for results get numbers or new objects, and appear as "out".
+// A C API that records its calls as text, for tests of the C++ wrapper: "rtBufferSetSize1D(buffer,
+// 3)". Output parameters get numbers or new objects, and appear as "out".
 #pragma once
 
 #include <optix_cuda_interop.h>
@@ -42,7 +42,7 @@ public:
     void add(void* memory) { next(nameOf(memory)); } // objects of any class, too
     void add(RTtimeoutcallback callback) { next(callback ? "callback" : "null"); }
     void add(RTusagereportcallback callback) { next(callback ? "callback" : "null"); }
-    // A list of strings or objects, or a place for one.
+    // A list of strings or objects, or an output parameter for one.
     void add(const char** text) {
         if (isGetter() && text)
             *text = "text";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An object of each class with a name that calls show.
+// An object of each class, with the name that it has in recorded calls.
 #pragma once
 
 #include "calls.h"
@@ -72,7 +72,7 @@ protected:
 
 class OptixPpMembers : public OptixPp {};
 
-// The expression makes exactly these calls.
+// Expects that the expression makes exactly these calls.
 #define CALLS(expression, ...)                                                                     \
     do {                                                                                           \
         recorder.calls.clear();                                                                    \

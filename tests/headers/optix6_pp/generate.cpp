@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes of each function that headers declare ("RTresult RTAPI name(...);") a line
+// For each function that the headers declare ("RTresult RTAPI name(...);"), writes a line
 // API6_DEFINITION(name, (parameters), names of the parameters). Usage: generate OUTPUT HEADER...
 #include <cctype>
 #include <cstdlib>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C++ wrapper of the classic API on a C API that notes its calls: variables.
-// Arguments have different values, so that an exchange shows.
+// The C++ wrapper of the classic API on a C API that records its calls: variables. Arguments have
+// different values, so that swapped ones are found.
 #include "fixture.h"
 
 TEST_F(OptixPpMembers, VariableSettersAndGetters) {

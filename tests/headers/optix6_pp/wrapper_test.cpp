@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C++ wrapper of the classic API on a C API that notes its calls: members that are several
+// The C++ wrapper of the classic API on a C API that records its calls: members that are several
 // calls, reference counts, and exceptions.
 #include "fixture.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the C++ programs of this folder share: main() around a program that throws.
+// Code that the C++ programs of this folder share: main() around a program that throws.
 #pragma once
 
 #include <optixu/optixpp_namespace.h>

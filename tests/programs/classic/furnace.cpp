@@ -116,7 +116,7 @@ public:
                 wanted += double(host);
             }
         picture_->unmap();
-        // Paths that pass an edge of a texel go different ways.
+        // Paths that pass the edge of a texel may differ.
         require(different < int(kWidth * kHeight) / 50,
                 what + ": " + std::to_string(different) + " paths differ");
         require(std::fabs(sum - wanted) < 0.01 * wanted, what + ": the sums differ");

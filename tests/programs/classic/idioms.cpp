@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What device code of its time does beside the API: tables in constant memory, counters in the
+// What device code of that time does beside the API: tables in constant memory, counters in the
 // module's own memory, pointers in structures, clocks, atomics, payloads of 160 bytes, random
-// numbers by hashes, launch indices of several types. Planes below the camera are walked by a loop.
+// numbers from hashes, launch indices of several types. A loop goes through the planes below the
+// camera.
 #include "common.h"
 
 #include <optixu/optixu_math_namespace.h>

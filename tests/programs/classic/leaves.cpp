@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trees of leaves cut out of triangles by a texture's alpha: any-hit programs ignore and terminate.
 // Four trees are instances of one mesh, with materials that share programs and differ in a
-// variable; the ground is custom geometry. Masks of groups and flags of rays are tried.
+// variable; the ground is custom geometry. Group masks and ray flags vary.
 #include "common.h"
 
 #include <optixu/optixu_math_namespace.h>
@@ -99,7 +99,7 @@ public:
             const bool same = std::fabs(seen.x - wanted.distance) < 1e-3f &&
                               int(seen.y) == wanted.tree &&
                               std::fabs(seen.w - wanted.light) < 1e-2f;
-            // Which holes any-hit programs look at behind the hit is up to the library.
+            // The library may call any-hit programs for holes behind the hit.
             require(same && int(seen.z) >= wanted.crossed,
                     what + ": pixel " + std::to_string(i) + " has tree " + std::to_string(seen.y) +
                         " at " + std::to_string(seen.x) + ", light " + std::to_string(seen.w) +

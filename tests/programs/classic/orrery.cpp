@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A model of planets: transforms with matrix and SRT keys below other transforms, one geometry
 // group below several of them, selectors that choose by time and by place, visibility of nodes.
-// Rays ask at many times; the host moves the spheres itself.
+// Rays have many times; the host computes the places of the spheres itself.
 #include "common.h"
 
 #include <optixu/optixu_math_namespace.h>

@@ -161,7 +161,7 @@ private:
         }
         markDirty();
     }
-    // Groups above a change are dirty, too.
+    // A change makes all groups above it dirty.
     void markDirty() {
         for (auto& [id, group] : groups_)
             group->getAcceleration()->markDirty();
@@ -236,7 +236,7 @@ private:
         if (!isAbove(child, parent) && paths() < 200 && nodes_.at(parent).children.size() < 12)
             attach(parent, child);
     }
-    // Ways from the root: sharing multiplies them.
+    // Number of paths from the root: sharing multiplies them.
     size_t paths() const {
         std::map<int, size_t> count;
         return waysBelow(root_, count);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A server with a context for each of its threads, and one more that two threads use by turns. Each
 // samples volumes beyond their borders in all wrap modes, changes its scene, and is destroyed while
-// others launch. Objects of one context do not fit another.
+// others launch. A context must refuse objects of another.
 #include "common.h"
 
 #include <optixu/optixu_math_namespace.h>

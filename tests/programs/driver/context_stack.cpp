@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A library that keeps a context of its own: each of its functions pushes it, works and pops it;
-// its user has another one current, or none, and deletes things from another thread.
+// its user has another context current, or none, and destroys objects from another thread.
 #include "host.h"
 
 #include <cstring>

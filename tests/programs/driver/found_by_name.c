@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A C program without CUDA's headers at build time of its own: it opens the driver by name, asks it
-// for each function, and declares what it needs itself, as bindings of other languages do.
+// A C program built without CUDA's headers: it opens the driver by name, asks it for each function,
+// and declares what it needs itself, as bindings of other languages do.
 #include <dlfcn.h>
 #include <stdint.h>
 #include <stdio.h>

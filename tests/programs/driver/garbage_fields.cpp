@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program that never clears its structs: members that a call does not use hold what was there.
+// A program that never clears its structs: members that a call does not use have arbitrary values.
 #include "host.h"
 
 #include <cstring>

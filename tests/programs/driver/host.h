@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs of this folder that use the driver API alone share.
+// Code that the programs of this folder share: they use only the driver API.
 #pragma once
 
 #include <cuda.h>

@@ -69,7 +69,7 @@ int boxes(CUstream stream) {
         CU(cuStreamSynchronize(stream));
         wrong += difference(db, b);
     }
-    // Unified: the driver finds out where each side lies.
+    // Unified: the driver determines the memory type of each side.
     CUDA_MEMCPY3D copy = {};
     copy.srcMemoryType = copy.dstMemoryType = CU_MEMORYTYPE_UNIFIED;
     copy.srcDevice = db;
@@ -145,7 +145,7 @@ int planes(CUstream stream) {
     set(40, 9, 11, 6, 0x89abcdef, 4);
     set(0, 19, 100, 1, 0x5a, 1);
     int wrong = difference(plane, model);
-    // A plane to itself, rows that do not meet; then through the functions for peers.
+    // Within one plane, between rows that do not overlap; then through the functions for peers.
     CUDA_MEMCPY2D copy = {};
     copy.srcMemoryType = copy.dstMemoryType = CU_MEMORYTYPE_DEVICE;
     copy.srcDevice = copy.dstDevice = plane;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What several programs of this folder share: errors as exceptions, buffers, modules of the device
-// code that the build embeds.
+// Code that several programs of this folder share: errors as exceptions, buffers, modules of the
+// device code that the build embeds.
 #pragma once
 
 #include <cuda_runtime.h>

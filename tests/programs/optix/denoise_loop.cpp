@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The denoiser in the loop of an animation: programs draw noise into the buffers that the denoiser
-// reads, all on one stream, in formats and strides of the renderer's choice. A temporal denoiser
+// reads, all on one stream, in formats and strides that the renderer chooses. A temporal denoiser
 // goes from frame to frame; a second one works in tiles. Both must bring the picture closer to the
 // truth, and tiles must give what the whole gives.
 #include "common.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A shader binding table that a memory manager of its own lays out: one allocation for everything,
-// records of several sizes, strides that are larger than any record, data pointers in records, and
-// material indices of one, two and four bytes at strides of their own.
+// A shader binding table that the program's own memory manager lays out: one allocation for
+// everything, records of several sizes, strides that are larger than any record, data pointers in
+// records, and material indices of one, two and four bytes at strides of their own.
 #include "common.h"
 
 #include <optix_function_table_definition.h>

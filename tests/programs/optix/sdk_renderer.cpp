@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A renderer as tutorials write it: its device code is a string that NVRTC compiles when the
 // program starts, with a header of its own that the string includes. A Whitted scene of spheres and
-// a floor, with recursion for mirrors and rays for shadows, is checked against the same on the
-// host.
+// a floor, with recursion for mirrors and rays for shadows, is compared with the same computation
+// on the host.
 #include <cuda_runtime.h>
 #include <nvrtc.h>
 #include <optix.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs of this folder that use the runtime API share.
+// Code that the programs of this folder share: they use the runtime API.
 #pragma once
 
 #include <cstdio>

@@ -54,7 +54,7 @@ DEVICE float3 triangleNormal() {
     const float3 a = m.vertices[corners.x];
     return normalize(cross(m.vertices[corners.y] - a, m.vertices[corners.z] - a));
 }
-// On the ray's side.
+// The normal on the ray's side.
 DEVICE float3 facing(float3 normal, bool& back) {
     back = dot(normal, optixGetWorldRayDirection()) > 0.0f;
     return back ? -normal : normal;
@@ -64,7 +64,7 @@ DEVICE float3 skyColor(float3 direction) {
     return lerp(vec(0.95f, 0.9f, 0.85f), vec(0.25f, 0.48f, 0.9f), 0.5f + 0.5f * direction.y);
 }
 
-// The next direction of a path. `color` is what the surface leaves of the light.
+// The next direction of a path. `color`: the reflected share of the light.
 struct Bounce {
     float3 direction, color;
     bool passes; // through the surface
@@ -87,8 +87,7 @@ DEVICE Bounce bounce(const Look& m, float3 d, float3 normal, bool back, unsigned
     return b;
 }
 
-// A point of the lamp as seen from a point: direction, distance, and what reaches the surface if
-// nothing is between.
+// A point of the lamp, relative to a surface point: direction, distance, and the unoccluded light.
 struct LampSample {
     float3 direction, light;
     float distance;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaves cut out of squares by an any-hit program that reads an alpha texture; with opacity
-// micromaps it runs near the outlines alone. Payload: the colour.
+// An any-hit program that reads an alpha texture cuts leaves out of squares. With opacity micromaps
+// it runs only near the outlines. Payload: the colour.
 #include "common.h"
 
 DEVICE float3 trace(float3 origin, float3 direction) {

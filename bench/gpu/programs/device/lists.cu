@@ -19,7 +19,7 @@ DEVICE void insert(List& list, float distance, unsigned item) {
     if (list.count == kMost && distance >= list.distance[kMost - 1])
         return;
     unsigned at = list.count < kMost ? list.count++ : kMost - 1;
-    // Equal distances in the order of their numbers, so that the order of calls does not matter.
+    // Equal distances are ordered by number, so that the order of calls does not matter.
     for (; at > 0 && (list.distance[at - 1] > distance ||
                       (list.distance[at - 1] == distance && list.item[at - 1] > item));
          --at) {
@@ -39,7 +39,7 @@ DEVICE void gather(unsigned long long scene, float3 origin, float3 direction, fl
                high, no, no);
 }
 
-// ---- Photons: spheres around points that a ray of no length is in ------------------------------
+// ---- Photons: spheres that contain the origin of a ray without length --------------------------
 
 extern "C" __global__ void __intersection__photon() {
     const Item& photon = params.items[optixGetPrimitiveIndex()];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Path tracers that differ in how a path travels between ray generation and closest-hit programs:
-// PAYLOAD 8: hits alone, shading in the ray generation program; 16: the path; 32: the path and
-// further outputs; 2: the address of a struct. TYPED: payload types for paths and for shadow rays.
+// Path tracers that differ in the payload between ray generation and closest-hit programs. PAYLOAD
+// 8: only the hit, shading in the ray generation program; 16: the path; 32: the path and further
+// outputs; 2: the address of a struct. TYPED: payload types for paths and for shadow rays.
 #include "common.h"
 
 struct Path {
@@ -37,7 +37,7 @@ DEVICE bool sees(float3 origin, float3 direction, float distance) {
     return hidden == 0;
 }
 
-// One bounce: adds light to the path and turns it.
+// One bounce: adds light to the path and sets its next direction.
 DEVICE void shade(Path& path, const Look& m, float3 point, float3 normal, bool back) {
     if (m.surface == kLamp) {
         if (path.depth == 0 || path.reach > 0.0f)

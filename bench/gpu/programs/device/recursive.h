@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays of programs whose closest-hit programs trace. Payload: the colour, the depth, the random
-// state; of shadow rays one word, which their miss program clears.
+// state; for shadow rays one word, which their miss program clears.
 #pragma once
 
 #include "common.h"

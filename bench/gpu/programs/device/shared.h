@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host of bench_programs shares with its device programs: launch parameters, records.
+// Data that the host of bench_programs shares with its device programs: launch parameters, records.
 #pragma once
 
 #include "camera.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs of few rays: a G-buffer, ambient occlusion, direct light with soft shadows (with random
-// times where MOVES is set), tiles of a picture, and a launch that keeps few of its results.
+// Programs with few rays: a G-buffer, ambient occlusion, direct light with soft shadows (with
+// random times if MOVES is set), tiles of a picture, and a launch that keeps few of its results.
 #include "common.h"
 
 #if MOVES
@@ -32,7 +32,7 @@ DEVICE bool isFree(float3 origin, float3 direction, float distance, float time) 
 extern "C" __global__ void __closesthit__surface() {
     bool back;
 #if MOVES
-    // A mesh whose vertices move has no normal of its own: that of the first key will do.
+    // For a mesh with moving vertices, the normal at the first key suffices.
 #endif
     const float3 own = triangleNormal();
 #if INSTANCES
@@ -128,7 +128,7 @@ extern "C" __global__ void __raygen__tile() {
     params.image[y * params.width + x] = make_float4(color.x, color.y, color.z, 1.0f);
 }
 
-// Far more launch indices than pixels: one in each square of them keeps its result.
+// There are far more launch indices than pixels; in each square, one index stores its result.
 extern "C" __global__ void __raygen__sparse() {
     const uint3 index = optixGetLaunchIndex(), size = optixGetLaunchDimensions();
     const float3 direction =

@@ -21,7 +21,7 @@ DEVICE bool sees(float3 origin, float3 direction, float distance) {
     return hidden == 0;
 }
 
-// What a material is given and answers.
+// Input and output of a material.
 struct Shading {
     float3 incoming, normal, albedo;
     float roughness, u, v;
@@ -56,7 +56,7 @@ DEVICE Scattered scatter(const Shading& s) {
     out.matt = isGlossy ? 0.0f : 1.0f;
     return out;
 }
-// On the triangle's plane, in place of coordinates of a mesh.
+// Texture coordinates from the triangle's plane, because the mesh has none.
 DEVICE float2 textureCoordinates(float3 point, float3 normal) {
     float3 x, y;
     makeBasis(normal, x, y);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C++ wrapper of the classic API: what its member functions share.
+// The C++ wrapper of the classic API: helpers of its member functions.
 #ifndef SUNSTONE_OPTIXPP_CALLS_H
 #define SUNSTONE_OPTIXPP_CALLS_H
 
@@ -14,7 +14,7 @@ namespace optix {
 
 namespace internal {
 
-/** The object of the C API; null for a null handle, which the C function refuses. */
+/** The object of the C API; null for a null handle, which the C function rejects. */
 template <class T>
 inline typename T::api_t api(Handle<T> handle) {
     return handle ? handle->get() : 0;
@@ -27,7 +27,7 @@ inline std::vector<const char*> pointers(const std::vector<std::string>& strings
     return result;
 }
 
-/** The stride of packed vectors; 0, which the C function refuses, for other formats. */
+/** The stride of packed vectors; 0, which the C function rejects, for other formats. */
 inline RTsize sizeOf(RTformat format) {
     const struct {
         RTformat first; // of formats with one to four components

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C++ wrapper of the classic API: contexts and programs. A member does what the C function does
+// The C++ wrapper of the classic API: contexts and programs. A member function calls the C function
 // whose name has the same words. Source: OptiX API reference 6.0, chapter 7.
 #ifndef SUNSTONE_OPTIXPP_CONTEXT_H
 #define SUNSTONE_OPTIXPP_CONTEXT_H
@@ -24,7 +24,7 @@ public:
     static std::string getDeviceName(int ordinal);
     static std::string getDevicePCIBusId(int ordinal);
     static void getDeviceAttribute(int ordinal, RTdeviceattribute attrib, RTsize size, void* p);
-    /** The devices that may share a context with this one, which is among them. */
+    /** The devices that may share a context with this one, including itself. */
     static std::vector<int> getCompatibleDevices(int ordinal);
     static Context create();
 
@@ -76,7 +76,7 @@ public:
     Geometry createGeometry();
     GeometryTriangles createGeometryTriangles();
     GeometryInstance createGeometryInstance();
-    /** With its geometry and all its materials, or children. */
+    /** These overloads also set the geometry and all materials, or the children. */
     template <class Iterator>
     GeometryInstance createGeometryInstance(Geometry geometry, Iterator matlbegin,
                                             Iterator matlend);

@@ -9,7 +9,7 @@ namespace optix {
 
 // ---- Context ----------------------------------------------------------------------------------
 
-// The call destroys the context even where it reports that an earlier launch failed.
+// The call destroys the context even if it reports the failure of an earlier launch.
 inline void ContextObj::destroy() {
     const RTcontext context = m_context;
     m_context = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The C++ wrapper of the classic API: buffers, textures, post-processing stages and command lists.
-// A member does what the C function does whose name has the same words. Source: OptiX API
-// reference 6.0, chapter 7.
+// A member function calls the C function whose name has the same words. Source: OptiX API reference
+// 6.0, chapter 7.
 #ifndef SUNSTONE_OPTIXPP_DATA_H
 #define SUNSTONE_OPTIXPP_DATA_H
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C++ wrapper of the classic API: geometry, its instances and materials. A member does what the
-// C function does whose name has the same words. Source: OptiX API reference 6.0, chapter 7.
+// The C++ wrapper of the classic API: geometry, its instances and materials. A member function
+// calls the C function whose name has the same words. Source: OptiX API reference 6.0, chapter 7.
 #ifndef SUNSTONE_OPTIXPP_GEOMETRY_H
 #define SUNSTONE_OPTIXPP_GEOMETRY_H
 

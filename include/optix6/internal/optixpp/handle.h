@@ -137,10 +137,10 @@ public:
 
     /** The variable of this name; declares it if the object has none. */
     Handle<VariableObj> operator[](const std::string& varname);
-    /** The same: without it the index could be the handle, as a bool, into the string. */
+    /** The same: without this overload the handle could become a bool that indexes the string. */
     Handle<VariableObj> operator[](const char* varname);
 
-    /** Of contexts only. */
+    /** For contexts only. */
     static Handle<T> create() { return T::create(); }
     static unsigned int getDeviceCount() { return T::getDeviceCount(); }
 
@@ -187,7 +187,7 @@ public:
     /** Throws an Exception with the text of the object's context unless the call succeeded. */
     virtual void checkError(RTresult code) const;
     virtual void checkError(RTresult code, Context context) const;
-    /** For failures to find the context. */
+    /** For failures of the search for the context. */
     void checkErrorNoGetContext(RTresult code) const { internal::check(code); }
 
     /** The same as Exception::makeException. */
@@ -209,7 +209,7 @@ public:
 
     /** Destroys the object of the C API; wrappers of it then fail. */
     virtual void destroy() = 0;
-    /** Throws what is wrong with the object. */
+    /** Throws if the object is incomplete. */
     virtual void validate() = 0;
 };
 

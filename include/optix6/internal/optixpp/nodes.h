@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The C++ wrapper of the classic API: groups, transforms, selectors and their acceleration
-// structures. A member does what the C function does whose name has the same words. Source: OptiX
+// structures. A member function calls the C function whose name has the same words. Source: OptiX
 // API reference 6.0, chapter 7.
 #ifndef SUNSTONE_OPTIXPP_NODES_H
 #define SUNSTONE_OPTIXPP_NODES_H
@@ -33,8 +33,8 @@ public:
     template <typename T>
     unsigned int addChild(T child);
 
-    /** Removes a child, whose place the last one takes; returns the index it had. What is no child
-        and an index beyond the count are RT_ERROR_INVALID_VALUE. */
+    /** Removes a child; the last one takes its place. Returns the former index.
+        RT_ERROR_INVALID_VALUE: the object is no child, or the index is beyond the count. */
     template <typename T>
     unsigned int removeChild(T child);
     void removeChild(int index);
@@ -72,8 +72,8 @@ public:
     /** Appends; returns the index. */
     unsigned int addChild(GeometryInstance child);
 
-    /** Removes a child, whose place the last one takes; returns the index it had. What is no child
-        and an index beyond the count are RT_ERROR_INVALID_VALUE. */
+    /** Removes a child; the last one takes its place. Returns the former index.
+        RT_ERROR_INVALID_VALUE: the object is no child, or the index is beyond the count. */
     unsigned int removeChild(GeometryInstance child);
     void removeChild(int index);
     void removeChild(unsigned int index);
@@ -126,7 +126,7 @@ private:
     RTtransform m_transform;
 };
 
-/** A node whose visit program chooses among its children. */
+/** A node whose visit program selects children. */
 class SelectorObj : public DestroyableObj {
 public:
     typedef RTselector api_t;
@@ -150,8 +150,8 @@ public:
     template <typename T>
     unsigned int addChild(T child);
 
-    /** Removes a child, later ones move down; returns the index it had. What is no child and an
-        index beyond the count are RT_ERROR_INVALID_VALUE. */
+    /** Removes a child; later ones move down. Returns the former index.
+        RT_ERROR_INVALID_VALUE: the object is no child, or the index is beyond the count. */
     template <typename T>
     unsigned int removeChild(T child);
     void removeChild(int index);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C++ wrapper of the classic API: variables. A member does what the C function does whose name
+// The C++ wrapper of the classic API: variables. A member function calls the C function whose name
 // has the same words. Source: OptiX API reference 6.0, chapter 7.
 #ifndef SUNSTONE_OPTIXPP_VARIABLE_H
 #define SUNSTONE_OPTIXPP_VARIABLE_H
@@ -184,7 +184,7 @@ public:
     TextureSampler getTextureSampler() const;
     Transform getTransform() const;
 
-    /** Bytes of a type of the program's own. */
+    /** Bytes of a type that the program defines. */
     void setUserData(RTsize size, const void* ptr);
     void getUserData(RTsize size, void* ptr) const;
 

@@ -72,7 +72,7 @@ private:
         segments_.emplace(at, found->second);
         found->second.end = at;
     }
-    // Removes the advice for memory that was at these addresses before.
+    // Removes the advice for earlier memory at these addresses.
     void forget(uintptr_t begin, uintptr_t end, uint64_t allocation) {
         for (auto found = firstAfter(begin); found != segments_.end() && found->first < end;)
             found =

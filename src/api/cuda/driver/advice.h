@@ -19,7 +19,7 @@ struct Advice {
 // Throws Failure: CUDA_ERROR_INVALID_DEVICE for a device that does not exist,
 // CUDA_ERROR_INVALID_VALUE for any other invalid location.
 void requireLocation(const CUmemLocation& location);
-// The location for the number that older functions take: a device's, or CU_DEVICE_CPU.
+// The location for the number in older functions: a device's, or CU_DEVICE_CPU.
 CUmemLocation locationOf(CUdevice device);
 // Throws Failure with CUDA_ERROR_INVALID_VALUE unless the range can have advice.
 void requireShared(CUdeviceptr address, size_t bytes);

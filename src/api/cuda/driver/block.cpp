@@ -17,7 +17,7 @@ namespace sunstone::api::cuda {
 
 namespace {
 
-// What KernelThread::block points to in a plain loop.
+// The target of KernelThread::block in a plain loop.
 struct LoopBlock {
     const devlib::BlockFunctions* functions;
     Launch* launch;
@@ -32,7 +32,7 @@ LoopBlock& blockOf(devlib::KernelThread* thread) {
 constexpr int kJumpStop = 3;
 static_assert(kJumpStop != kJumpFault);
 
-// The kernel does not use these, as the compiler found.
+// The kernel does not call these functions, as the compiler has determined.
 uint32_t loopBarrier(devlib::KernelThread* thread, uint32_t, uint32_t, uint32_t, uint32_t) {
     blockOf(thread).launch->deadlock = true;
     std::longjmp(blockOf(thread).frame.jump, 1);

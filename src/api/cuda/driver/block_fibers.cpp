@@ -3,12 +3,14 @@
 //
 // Each thread has a state: ready, waiting (at a barrier, in an exchange of its warp, for its active
 // mask) or done. The scheduler resumes ready threads in order. The last thread to reach a meeting
-// point completes it. The end of a thread is checked as well, because barriers and exchanges count
-// only live threads. activeMask waits for no partners: it returns, when no thread is ready, all
-// lanes of the warp that called it, which is the convergence that programs expect. A thread that
-// keeps reading memory that others may write yields: it stays ready, and if all ready threads only
-// do that, the block waits for other blocks or the host. If no thread is ready and threads remain,
-// the kernel is deadlocked, and the launch fails instead of hanging.
+// point completes it. The end of a thread may complete one as well, because barriers and exchanges
+// count only live threads.
+//
+// activeMask waits for no partners: when no thread is ready, it returns all lanes of the warp that
+// called it, which is the convergence that programs expect. A thread that keeps reading memory that
+// others may write yields and stays ready. If all ready threads only yield, the block waits for
+// other blocks or the host. If no thread is ready and threads remain, the kernel is deadlocked, and
+// the launch fails instead of hanging.
 #include "api/cuda/driver/block_fibers.h"
 
 #include "base/error.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs the threads of a block a warp at a time (devlib/lockstep.h).
 //
-// While all warps do the same, a block runs in rounds: each warp runs to the next barrier of the
-// whole block, which all of its lanes reach together, and no state of single threads is needed
-// (runTogether). When lanes reach different points, or a point other than such a barrier, the block
-// runs apart: each lane is ready, or waits at a barrier or for lanes of its warp, or has ended.
-// Lanes of a warp that are ready at the same point run together. Barriers and exchanges follow the
-// rules of block_fibers.cpp. When all lanes have reached a barrier, those of each warp at one
-// point, rounds continue.
+// While all warps take the same path, a block runs in rounds (runTogether): each warp runs to the
+// next barrier of the whole block, which all of its lanes reach together, and single threads need
+// no state. When lanes reach different points, or a point other than such a barrier, the block runs
+// apart: each lane is ready, or waits at a barrier or for lanes of its warp, or has ended. Lanes of
+// a warp that are ready at the same point run together. Barriers and exchanges follow the rules of
+// block_fibers.cpp. Rounds resume when all lanes have reached a barrier, those of each warp at one
+// point.
 //
 // Blocks run in steps, so that several can run side by side (runLockstep).
 #include "api/cuda/driver/block_lockstep.h"
@@ -455,7 +455,7 @@ bool BlockRunner::Lockstep::tryExchanges(size_t index) {
 // ---- blocks side by side ----------------------------------------------------------------------
 
 // Blocks run one after the other, except blocks that pause at jumps through memory, or wait. The
-// bytes between two jumps of one block are read by the next blocks, which therefore run alongside.
+// next blocks read the bytes between two jumps of one block, so they run side by side.
 void BlockRunner::runLockstep(uint64_t begin, uint64_t end) {
     using Progress = Lockstep::Progress;
     size_t running = 0;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // See cooperative.h.
 //
-// A block whose threads all wait for other blocks (they keep reading some word, see
-// KernelThread::spins) is set aside, and the worker continues with the next one, so any number of
-// workers, even one, completes a grid-wide barrier. All threads of a block must be able to stop
+// If all threads of a block wait for other blocks (they keep reading some word, see
+// KernelThread::spins), the worker sets the block aside and continues with the next one. One worker
+// is therefore enough to complete a grid-wide barrier. All threads of a block must be able to stop
 // anywhere: they run a warp at a time (block_lockstep.h), or every thread of the grid is a fiber.
 // Blocks move between workers; a block never runs on two workers at once.
 //

@@ -89,7 +89,7 @@ Side sideOf(CUmemorytype type, const void* host, CUdeviceptr device, CUarray arr
             "rows are longer than the pitch");
     require(add(y, shape.rows, bottom) && (height == 0 || bottom <= height),
             "there are more rows than the height of a slice");
-    pitch = pitch ? pitch : right; // not given: the smallest possible
+    pitch = pitch ? pitch : right; // 0: the smallest possible
     height = height ? height : bottom;
     require(pitch <= kMaxPitch || (shape.rows == 1 && shape.slices == 1),
             "a pitch exceeds CU_DEVICE_ATTRIBUTE_MAX_PITCH");

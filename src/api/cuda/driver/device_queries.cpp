@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Less common questions about devices: see cuda.h's sunstone/driver_devices.h.
+// Less common device queries: see cuda.h's sunstone/driver_devices.h.
 #include "api/cuda/driver/arrays.h"
 #include "api/cuda/driver/image_limits.h"
 #include "api/cuda/driver/shell.h"
@@ -34,7 +34,7 @@ SUNSTONE_EXPORT CUresult cuDeviceGetExecAffinitySupport(int* supported, CUexecAf
     return guarded("cuDeviceGetExecAffinitySupport", Needs::kInit, [&] {
         require(supported, "supported is null");
         requireDevice(device);
-        *supported = 0; // it belongs to the multi-process service
+        *supported = 0; // part of the multi-process service
     });
 }
 

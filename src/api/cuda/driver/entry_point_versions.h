@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For cuGetProcAddress: the CUDA version from which a name means a given form of a function;
+// For cuGetProcAddress: the first CUDA version in which a name means a given form of a function,
 // recorded from a driver of version 13.0. Rows are in the order of versions.
 #pragma once
 

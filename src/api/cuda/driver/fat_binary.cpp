@@ -61,8 +61,8 @@ struct LinkedHeader {
 constexpr uint16_t kKindPtx = 1;
 constexpr uint64_t kFlagZstd = 0x8000, kFlagLz4 = 0x2000;
 
-// The bytes of an image: process memory of unknown length (images come without a size), or a buffer
-// of known size.
+// The bytes of an image: process memory of unknown length (images have no size), or a buffer of
+// known size.
 class Bytes {
 public:
     Bytes(const void* base, size_t known) : base_(static_cast<const char*>(base)), known_(known) {}
@@ -72,7 +72,8 @@ public:
             return nullptr;
         if (known_)
             return offset + size <= known_ ? base_ + offset : nullptr;
-        // All bytes before them must be there, too: beyond a gap lies other memory.
+        // All bytes before them must be readable, too: memory behind a gap is not part of the
+        // image.
         const uint64_t end = offset + size;
         if (end > readable_) {
             if (!isReadable(base_ + readable_, end - readable_))

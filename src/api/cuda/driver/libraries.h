@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Libraries: code without a context. Each context gets a module of its own at the first use of the
-// library. A kernel of a library stands for its function in the current context.
+// library. A kernel of a library represents its function in the current context.
 #pragma once
 
 #include "api/cuda/driver/module.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// cuLink*: links pieces of PTX into one image, where one piece defines what another declares
+// cuLink*: links pieces of PTX into one image; a piece may define a symbol that another declares
 // extern. The image holds the texts of the pieces. Symbols are resolved at completion, which
 // reports their errors, and again at loading. Also parses the options that linking and loading
 // share.

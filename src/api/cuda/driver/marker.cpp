@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A symbol by which the OptiX shell tells this libcuda from a GPU driver's.
+// The OptiX shell distinguishes this libcuda from a GPU driver's by this symbol.
 
 extern "C" __attribute__((visibility("default"))) int sunstone_cuda_is_cpu_device() {
     return 1;

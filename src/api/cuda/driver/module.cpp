@@ -62,8 +62,8 @@ CUresult loadImage(const char* function, CUmodule* module, const void* image, un
 
 } // namespace
 
-// Results of kernels that expect the lanes of a warp in step, without asking for it, may differ
-// where threads run one by one.
+// Kernels that rely on lanes of a warp in step, without synchronisation, may have other results if
+// threads run one by one.
 static void reportThreads(const compiler::KernelInfo& info) {
     if (info.singleReason.empty())
         return;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Modules and functions of the driver API. A module is parsed when it is loaded. Its variables are
-// created at the first access to the module, and a kernel is compiled when it is first launched or
-// asked for what only its code tells: programs look up many kernels that they do not launch.
-// Compiled code is kept in the disk cache that OptiX programs also use.
+// created at the first access to the module. A kernel is compiled at its first launch or at the
+// first query that needs its code, because programs look up many kernels that they do not launch.
+// Compiled code is kept in the disk cache, which OptiX programs share.
 #pragma once
 
 #include "api/cuda/driver/shell.h"

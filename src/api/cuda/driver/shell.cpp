@@ -83,7 +83,7 @@ cpu::ContextPtr contextFor(CUstream stream) {
 CUresult guardedCall(const char* function, Precondition precondition,
                      const std::function<CUresult()>& body) {
     const Needs needs = precondition.needs;
-    // As with a GPU's driver, functions that need no initialisation go on.
+    // As with a GPU's driver, functions that need no initialisation still work.
     if (needs != Needs::kNothing && refusesForkedChild())
         return CUDA_ERROR_NOT_INITIALIZED;
     auto report = [&](CUresult result, const char* text) {

@@ -78,7 +78,7 @@ CUresult guarded(const char* function, Precondition needs, Body&& body) {
         return guardedCall(function, needs, body);
 }
 
-// Makes a context current on this thread for a while.
+// Makes a context current on this thread during its lifetime.
 class ContextScope {
 public:
     explicit ContextScope(cpu::Context* context) : isNeeded_(context != cpu::contexts().current()) {

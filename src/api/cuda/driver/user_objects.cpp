@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// User objects: resources of the program that graphs own. References are held by the program, by
-// graphs, their copies and executable forms, and by launches in progress. The release of the last
-// one frees the resource. Source: CUDA driver API, graph management.
+// User objects: resources of the program that graphs own. The program, graphs, their copies and
+// executable forms, and launches in progress hold references. The release of the last one frees the
+// resource. Source: CUDA driver API, graph management.
 #include "api/cuda/driver/graphs.h"
 #include "base/handles.h"
 
@@ -16,8 +16,8 @@ using namespace sunstone::api::cuda;
 
 namespace {
 
-// Calls the program's functions one after another on a thread of its own: they may wait for locks
-// of the program, and the last reference is often released while a call or a stream holds ours.
+// Calls the program's functions one after another on a separate thread: they may wait for locks of
+// the program, and the last reference is often released while a call or a stream holds our lock.
 class Destructors {
 public:
     void add(CUhostFn function, void* argument) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// See virtual_memory.h. Physical memory is a file in memory. A reservation is a range of the
-// device's addresses, without access. Mapping places the file there, still inaccessible, and
-// setting access opens it. So two mappings of one memory are the same bytes, and the file's
-// descriptor shares it with other processes. The error codes were recorded on a GPU.
+// See virtual_memory.h. Physical memory is a memory file (memfd). A reservation is a range of the
+// device's addresses, without access. Mapping places the file there, still inaccessible; setting
+// access makes it accessible. Two mappings of one memory therefore have the same bytes, and the
+// file's descriptor shares it with other processes. The error codes were recorded on a GPU.
 #include "api/cuda/driver/virtual_memory.h"
 
 #include <fcntl.h>
@@ -67,8 +67,9 @@ CUresult guardedHere(const char* function, const std::function<void()>& body) {
     });
 }
 
-// Changes memory that queued work may use, after that work. Host functions may call, or wait for
-// threads that do, so the wait holds no lock and `check` runs again after it.
+// Changes memory that queued work may use, after the end of that work. Host functions may call the
+// API, or wait for threads that do. The wait therefore holds no lock, and `check` runs again after
+// it.
 CUresult guardedAfterWork(const char* function, const std::function<void()>& check,
                           const std::function<void()>& change) {
     return guarded(function, Needs::kContext, [&] {

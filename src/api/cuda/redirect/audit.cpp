@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The audit library of `sunstone run` (rtld-audit(7)). The dynamic loader tells it of each file
-// that it loads, at program start and for dlopen. Files with the toolkit's static CUDA runtime,
-// which reaches the driver through undocumented tables, call our libcudart in its place. module.h
-// finds and changes the functions, entries.h leads them to libcudart.
+// The audit library of `sunstone run` (rtld-audit(7)). The dynamic loader calls it for each file
+// that it loads, at program start and for dlopen. The toolkit's static CUDA runtime uses
+// undocumented tables of the driver; files that contain it are redirected to our libcudart.
+// module.h finds and changes the functions; entries.h jumps to libcudart.
 #include "api/cuda/redirect/elf_file.h"
 #include "api/cuda/redirect/module.h"
 

@@ -36,7 +36,7 @@ public:
 
     bool isValid() const { return header_ != nullptr; }
 
-    // count elements at an offset; null if the file ends before.
+    // count elements at an offset; null if the file ends earlier.
     template <class T>
     const T* at(uint64_t offset, uint64_t count = 1) const {
         if (offset > size_ || (size_ - offset) / sizeof(T) < count || offset % alignof(T))

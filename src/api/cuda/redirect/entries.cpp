@@ -65,8 +65,8 @@ constexpr size_t roundUp(size_t size) {
     return (size + kPage - 1) / kPage * kPage;
 }
 
-// Before the module, then behind it. Programs grow their heap behind the main program, so that
-// place is the second choice.
+// Maps memory before the module, else behind it. Programs grow their heap behind the main program,
+// so that place is the second choice.
 uint8_t* mapNear(size_t size, uintptr_t low, uintptr_t high) {
     constexpr int kFlags = MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE;
     const auto attempt = [&](uintptr_t address) -> uint8_t* {
@@ -118,7 +118,7 @@ public:
         return *this;
     }
     Writer& number(uint32_t value) { return bytes(value, value >> 8, value >> 16, value >> 24); }
-    // The distance from the end of the instruction, whose last bytes it is.
+    // Writes the distance from the end of the instruction, whose last bytes it is.
     Writer& distance(const void* target) {
         return number(uint32_t(static_cast<const uint8_t*>(target) - (at_ + 4)));
     }

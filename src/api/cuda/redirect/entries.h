@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The new entries of redirected functions: a table near the module, because a jump of five bytes
-// reaches 2 GiB. An entry jumps through its slot. At the first call the slot leads to the resolver,
-// which loads the runtime and stores the address of its function. The layout is that of a
+// The new entries of redirected functions: a table within 2 GiB of the module, the range of a jump
+// of five bytes. An entry jumps through its slot. Until the first call the slot leads to the
+// resolver, which loads the runtime and stores the address of its function. The layout is that of a
 // procedure linkage table.
 #pragma once
 
@@ -27,10 +27,10 @@ struct Entries {
 Entries* makeEntries(const Runtime& runtime, size_t count, uintptr_t low, uintptr_t high);
 void setName(Entries& entries, size_t index, uint16_t name);
 uintptr_t addressOf(const Entries& entries, size_t index);
-// Makes the code executable; no changes after it but those of slots. False if the system refuses.
+// Makes the code executable; only slots may change after that. False if the system refuses.
 bool seal(Entries& entries);
-// A later table may have its memory. Until then its code stays: while a process ends, the loader
-// closes files that the destructors of others still call.
+// Lets a later table use the memory. Until then the code stays: at process end the loader closes
+// files that the destructors of others still call.
 void keepForReuse(Entries* entries);
 
 // The address of the entry's function; called by the entry, in the thread of the program.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// See module.h. Only functions that the file does not export count: a library that exports the
-// names of the runtime is a shared runtime or a tool that stands between program and runtime.
+// See module.h. Only functions that the file does not export are redirected: a library that exports
+// the names of the runtime is a shared runtime or a tool between program and runtime.
 #include "api/cuda/redirect/module.h"
 
 #include "api/cuda/redirect/elf_file.h"
@@ -36,7 +36,7 @@ int indexOf(const Runtime& runtime, const char* name) {
     return -1;
 }
 
-// What the symbols say of the runtime in a file.
+// Facts about a file's runtime from its symbols.
 struct Evidence {
     size_t functions = 0; // upper bound of those to redirect
     bool registers = false, unregisters = false;
@@ -61,7 +61,7 @@ Evidence collect(const ElfFile& file) {
     return evidence;
 }
 
-// Whether this is the file that is loaded here: its dynamic section is where the loader says.
+// Whether this is the loaded file: its dynamic section is at the address that the loader reports.
 bool isLoadedAs(const ElfFile& elf, const LoadedFile& file) {
     for (size_t i = 0; const Elf64_Phdr* segment = elf.segment(i); ++i)
         if (segment->p_type == PT_DYNAMIC)
@@ -100,8 +100,8 @@ bool setAccess(const ElfFile& elf, uintptr_t base, bool isWritable) {
     return true;
 }
 
-// Where a function lies in memory; null if its bytes are not those of the file, because it is
-// redirected already or the file has changed.
+// The address of a function in memory; null if its bytes differ from those of the file, because it
+// is redirected already or the file has changed.
 uint8_t* codeOf(const ElfFile& elf, uintptr_t base, const Elf64_Sym& symbol) {
     const Elf64_Phdr* segment = elf.segmentOf(symbol.st_value, kJump);
     if (symbol.st_size < kJump || !segment || !(segment->p_flags & PF_X))

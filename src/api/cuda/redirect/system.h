@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// System calls and text of the audit library, which is linked without the C library: the loader
-// would load a second C library, with thread-local storage of its own, for any auditor that needs
-// one.
+// System calls and text of the audit library, which is linked without the C library: for an auditor
+// that needs one, the loader loads a second C library with thread-local storage of its own.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Less common questions about devices, and settings without effect: see sunstone/runtime_devices.h.
+// Less common device queries, and settings without effect: see sunstone/runtime_devices.h.
 #include "api/cuda/runtime/arrays.h"
 #include "api/cuda/runtime/runtime.h"
 

@@ -8,9 +8,9 @@ namespace {
 
 thread_local cudaError_t lastError = cudaSuccess;
 
-// A context keeps the error that device code ended with, and every call returns it. The driver has
-// the error; this flag records only whether a call on this thread returned one, which makes a query
-// worthwhile.
+// A context keeps the error that ended device code, and every call returns it. The driver stores
+// the error; this flag only records whether a call on this thread returned one, so that a query is
+// useful.
 thread_local bool mayHaveFailed = false;
 
 bool isDeviceError(cudaError_t error) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes of any type by one struct of parameters: each call is one of the functions for its type.
+// Graph nodes of any type with one parameter struct: each call forwards to the type's own function.
 #include "api/cuda/runtime/graphs.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ cudaError_t refused(const char* function, cudaError_t error, const char* rule, l
     return remember(error);
 }
 
-// Null if nothing speaks against the parameters.
+// cudaSuccess if the parameters are valid.
 cudaError_t check(const char* function, const cudaGraphNodeParams* params) {
     if (!params)
         return refused(function, cudaErrorInvalidValue, "params must be the address of a struct",

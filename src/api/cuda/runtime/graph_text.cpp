@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A graph as a text for Graphviz. Clients look at the picture; the text has no fixed form.
+// A graph as a text for Graphviz. The text has no fixed form, because users look at the picture.
 #include "api/cuda/runtime/graphs.h"
 
 #include <cstdio>

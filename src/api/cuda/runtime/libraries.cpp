@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Libraries, implemented by the driver's. findFunction knows their kernels, so they can be used
+// Libraries of the driver in the runtime API. findFunction finds their kernels, so they can be used
 // like host symbols.
 #include "api/cuda/runtime/runtime.h"
 

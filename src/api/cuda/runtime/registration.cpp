@@ -22,8 +22,8 @@ struct FatBinary {
     std::vector<void**> managed;     // host shadows
 };
 
-// The files that have registered a kernel or variable. Files and libraries share those that are
-// inline, and each registers them; what counts is in the first file.
+// The files that have registered a kernel or variable. Files and libraries share inline ones, and
+// each registers them; the first file's are used.
 class Owners {
 public:
     FatBinary& first() const { return *files_.front(); }
@@ -309,7 +309,7 @@ SUNSTONE_CUDART void __cudaUnregisterFatBinary(void** handle) {
     });
     const std::vector<void**> managed = std::move(binary->managed);
     registry().binaries.erase(handle);
-    for (void** host : managed) // which another file may have, too
+    for (void** host : managed) // another file may have the same shadow
         if (const auto found = registry().variables.find(host);
             found != registry().variables.end() && found->second.owners.first().module)
             fillShadow(host, found->second);

@@ -188,7 +188,7 @@ void setFirstDevice(int device);
 cudaError_t ensureContext();
 
 cudaError_t fromDriver(CUresult result);
-// Calls a driver function that older drivers may not have.
+// Calls a driver function that older drivers may lack.
 template <class Function, class... Args>
 cudaError_t present(Function function, Args... args) {
     return function ? fromDriver(function(args...)) : cudaErrorCallRequiresNewerDriver;
@@ -222,7 +222,7 @@ inline CUdeviceptr addressOf(const void* pointer) {
     return reinterpret_cast<CUdeviceptr>(pointer);
 }
 
-// ---- what compilers registered: registration.cpp ----
+// ---- registrations by compilers: registration.cpp ----
 // The driver's function for a kernel's host stub, a handle of __cudaGetKernel or a kernel of a library.
 cudaError_t findFunction(const void* symbol, CUfunction* function);
 // Records a kernel of a library, which we returned to the program, until the library is unloaded.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of CUDA 12 whose parameters or structs changed in CUDA 13, in the older form. They call
-// the newer form, which this library has under another name.
+// The CUDA 12 forms of functions whose parameters or structs changed in CUDA 13. They call the
+// newer form, which this library has under another name.
 #include "api/cuda/runtime/runtime.h"
 #include "api/cuda/runtime12/device_properties.h"
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // sunstone_link_stub [--may-be-empty] OUT.c OBJECT...: writes the code that a program of several
-// CUDA files with relocatable device code (-fgpu-rdc) needs. In each object compilers leave one
-// call,
-// __cudaRegisterLinkedBinary<id>, which a device linker must define. The definitions written here
-// collect the objects' fat binaries and register them as one, which the runtime links when it loads
-// it. Compile OUT.c and link it with the objects. An archive counts with all its members.
+// CUDA files with relocatable device code (-fgpu-rdc) needs. Compilers leave one call in each
+// object, __cudaRegisterLinkedBinary<id>, which a device linker must define. The definitions
+// written here collect the objects' fat binaries and register them as one, which the runtime links
+// when it loads it. Compile OUT.c and link it with the objects. All members of an archive count as
+// objects.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>

@@ -41,7 +41,7 @@ void requireRegistered(bool isRegistered) {
         refuse(RT_ERROR_RESOURCE_NOT_REGISTERED, "the object of OpenGL is not registered");
 }
 
-// Layers and faces follow the target.
+// The target determines layers and faces.
 unsigned descriptionOf(RTgltarget target) {
     switch (target) {
     case RT_TARGET_GL_TEXTURE_1D_ARRAY:
@@ -98,7 +98,7 @@ SUNSTONE_API RTresult rtBufferGLRegister(RTbuffer buffer) {
     });
 }
 
-// The next launch finds places that refer to the buffer.
+// The next launch updates places that refer to the buffer.
 SUNSTONE_API RTresult rtBufferGLUnregister(RTbuffer buffer) {
     return callBuffer(__func__, buffer, [](Buffer& object) {
         requireRegistered(object.isGlRegistered);

@@ -25,7 +25,7 @@ constexpr Owner kOwners[] = {
     {"libOSMesa.so.8", "OSMesaGetCurrentContext", "OSMesaGetProcAddress"},
 };
 
-// The library stays loaded as long as the application's handle: none is kept here.
+// No handle is kept: the library stays loaded as long as the application's handle.
 void* symbolOf(const char* library, const char* name) {
     void* const handle = dlopen(library, RTLD_LAZY | RTLD_NOLOAD);
     if (!handle)
@@ -53,7 +53,7 @@ Loader loaderOfThread() {
 template <class Pointer>
 void load(Loader loader, const char* name, Pointer& pointer) {
     Procedure found = loader(name);
-    // Loaders of old libraries know extensions alone.
+    // Loaders of old libraries only find extensions.
     for (const char* library : {"libOpenGL.so.0", "libGL.so.1"})
         if (!found)
             found = reinterpret_cast<Procedure>(symbolOf(library, name));

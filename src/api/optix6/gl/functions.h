@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions of OpenGL that interoperation needs, found when they are needed: the library links
-// no OpenGL. A thread that has a current context has loaded the library that owns it. Names without
-// `gl` are OpenGL's; numbers are those of its enumerators.
+// The OpenGL functions that interoperation needs, looked up at run time because the library links
+// no OpenGL. A thread with a current context has already loaded the library that owns it. Names
+// without `gl` are OpenGL's; numbers are those of its enumerators.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ constexpr unsigned kReadFramebuffer = 0x8CA8, kReadFramebufferBinding = 0x8CAA,
     X(GetTexLevelParameteriv, void, unsigned, int, unsigned, int*)                                 \
     X(GetTexImage, void, unsigned, int, unsigned, unsigned, void*)                                 \
     X(PixelStorei, void, unsigned, int)
-// Of later versions; null where the context has none of them.
+// Functions of later versions; null if the context has none of them.
 #define SUNSTONE_GL_LATER_FUNCTIONS(X)                                                             \
     X(GetBufferParameteri64v, void, unsigned, unsigned, long long*)                                \
     X(GenBuffers, void, int, unsigned*)                                                            \
@@ -73,8 +73,9 @@ struct Functions {
     }
 };
 
-// Those of the context that is current in this thread. Throws Failure: RT_ERROR_NOT_SUPPORTED where
-// the process has no OpenGL or only OpenGL ES, RT_ERROR_INVALID_VALUE where no context is current.
+// The functions of the context that is current in this thread. Throws Failure:
+// RT_ERROR_NOT_SUPPORTED if the process has no OpenGL or only OpenGL ES, RT_ERROR_INVALID_VALUE if
+// no context is current.
 Functions current();
 
 } // namespace sunstone::optix6::gl

@@ -65,7 +65,7 @@ constexpr Format kFormats[] = {{0x8231, RT_FORMAT_BYTE, kRedInteger, kByte},
                                {0x8814, RT_FORMAT_FLOAT4, kRgba, kFloat}};
 
 const Format& formatOf(unsigned internal, int redBits, int alphaBits) {
-    if (internal == kRgba || internal == 4) // without a size: OpenGL has chosen one
+    if (internal == kRgba || internal == 4) // no size: OpenGL selected one
         internal = redBits == 8 && alphaBits == 8     ? kRgba8
                    : redBits == 16 && alphaBits == 16 ? kRgba16
                                                       : internal;
@@ -76,7 +76,7 @@ const Format& formatOf(unsigned internal, int redBits, int alphaBits) {
            ", which interoperation does not support (section 5.38 of the API reference)");
 }
 
-// How OpenGL packs pixels into memory: without gaps, into the host's.
+// The packing of pixels in host memory during its lifetime: without gaps.
 class Packing {
 public:
     explicit Packing(const Functions& gl) : gl_(gl) {
@@ -114,7 +114,7 @@ struct Shape {
     unsigned levels = 1;
 };
 
-// The texels' buffer has this shape. New memory: the texture is another one.
+// Gives the texels' buffer this shape. New memory needs a new texture.
 void setShape(TextureSampler& sampler, const Shape& shape) {
     Buffer& texels = *sampler.gl->texels;
     bool isEqual = texels.data() && texels.format == shape.format->format &&
@@ -130,7 +130,7 @@ void setShape(TextureSampler& sampler, const Shape& shape) {
     sampler.noteChange();
 }
 
-// A texture is made again if its texels have changed.
+// Stores the texels; the texture is made again only if they have changed.
 void store(Buffer& texels, const std::vector<uint8_t>& bytes) {
     if (std::memcmp(texels.data(), bytes.data(), bytes.size()) == 0)
         return;

@@ -60,7 +60,7 @@ void requireRoom(const Binding& bound, const Buffer& buffer) {
                " bytes, fewer than the ", buffer.bytes(), " of the buffer that shares it");
 }
 
-// For storage that takes no data from the host: through a buffer object that does.
+// For storage without uploads from the host: copies through a buffer object that allows them.
 void uploadByCopy(const Functions& gl, const void* data, ptrdiff_t bytes) {
     if (!gl.CopyBufferSubData || !gl.GenBuffers || !gl.DeleteBuffers || !gl.BufferData)
         refuse(RT_ERROR_NOT_SUPPORTED, "the OpenGL buffer has immutable storage");
@@ -103,7 +103,7 @@ std::vector<std::shared_ptr<T>> liveOf(std::vector<Ref<T>>& list) {
     return live;
 }
 
-// Whether launches copy its elements. Mapped buffers are the host's until they are unmapped.
+// Whether launches copy the buffer's elements. Mapped buffers belong to the host until unmapped.
 bool isShared(const Buffer& buffer) {
     return buffer.isGlRegistered && !buffer.isMapped() && buffer.data();
 }
@@ -130,7 +130,7 @@ const Functions& Share::gl() {
 
 namespace {
 
-// Whether a variable that some program reads has the object as its value.
+// Whether some program reads a variable that has the object as its value.
 bool isRead(const Context& context, const Object& object) {
     for (const Ref<Variable>& ref : context.variables)
         if (const std::shared_ptr<Variable> variable = ref.lock();
@@ -139,8 +139,8 @@ bool isRead(const Context& context, const Object& object) {
     return false;
 }
 
-// Programs reach objects with ids by numbers. Builds and textures read the buffers of other
-// objects.
+// Whether programs, builds or textures may read the buffer. Programs use objects with ids by
+// number; builds and textures read buffers of other objects.
 bool isReached(const Context& context, const Buffer& buffer) {
     return buffer.id != 0 || buffer.isUsedByObjects || isRead(context, buffer);
 }
@@ -151,7 +151,7 @@ bool isReached(const Context& context, const TextureSampler& sampler) {
 } // namespace
 
 Share::Share(Context& context) : context_(context) {
-    // After such a change the launch decides which variables programs read.
+    // After a change of structure only the launch determines which variables programs read.
     const bool all = context_.structureChanged;
     for (const std::shared_ptr<Buffer>& buffer : liveOf(context_.glBuffers))
         if (isShared(*buffer) && (all || isReached(context_, *buffer))) {

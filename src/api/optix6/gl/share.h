@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Buffers and texture samplers that share their data with objects of OpenGL. Data is copied: from
-// OpenGL before a launch or a map, to OpenGL after a launch that may have written, or an unmap. The
-// state of OpenGL is as before after each function here.
+// Buffers and texture samplers that share their data with OpenGL objects. Data is copied: from
+// OpenGL before a launch or a map, to OpenGL after an unmap or a launch that may have written. Each
+// function here restores the state of OpenGL.
 #pragma once
 
 #include "api/optix6/context.h"
@@ -12,19 +12,18 @@
 
 namespace sunstone::optix6::gl {
 
-// Brings registered objects of a context up to date with OpenGL: those that programs can reach, and
-// all of them where a launch has to find out which these are. Without such objects it costs
-// nothing. Throws Failure.
+// Updates registered objects of a context from OpenGL: those that programs can reach, or all of
+// them if only the launch can determine these. Costs nothing without such objects. Throws Failure.
 class Share {
 public:
     explicit Share(Context& context);
-    // The buffers of a stage that is about to run, too.
+    // Also updates the buffers of a stage that runs next.
     void fetch(const PostProcessingStage& stage);
-    // To OpenGL: the elements of buffers that programs or stages may have written.
+    // Copies to OpenGL: the elements of buffers that programs or stages may have written.
     void giveBack();
 
 private:
-    // Looked up at the first object, since most contexts have none.
+    // Looked up for the first object, because most contexts have none.
     const Functions& gl();
 
     Context& context_;
@@ -34,10 +33,10 @@ private:
 
 // Throws Failure if the buffer object behind a buffer does not exist.
 void check(const Buffer& buffer);
-// Both need room for all elements in the buffer object.
+// Both functions need room for all elements in the buffer object.
 void download(Buffer& buffer);
 void upload(const Buffer& buffer);
-// Texels and format of the image of a sampler.
+// Fetches texels and format of a sampler's image.
 void fetch(TextureSampler& sampler);
 void fetch(const Functions& gl, TextureSampler& sampler);
 

@@ -45,7 +45,7 @@ void CommandList::execute() {
     const std::shared_ptr<Context> owner = context();
     gl::Share share(*owner);
     for (const Command& command : commands_)
-        if (!command.isLaunch) // before a launch writes to buffers that OpenGL does not have yet
+        if (!command.isLaunch) // before a launch writes to buffers whose data OpenGL lacks
             share.fetch(*command.stage.lock());
     for (const Command& command : commands_) {
         if (command.isLaunch)

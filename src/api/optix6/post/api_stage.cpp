@@ -35,7 +35,7 @@ SUNSTONE_API RTresult rtPostProcessingStageCreateBuiltin(RTcontext handle, const
         RT_ERROR_INVALID_CONTEXT);
 }
 
-// Lists that have the stage find it destroyed.
+// Command lists with the stage find it destroyed.
 SUNSTONE_API RTresult rtPostProcessingStageDestroy(RTpostprocessingstage stage) {
     return callStage(__func__, stage, [&](PostProcessingStage& object) { removeObject(object); });
 }

@@ -15,7 +15,7 @@ namespace {
 
 constexpr uint32_t kLeastTile = 16;
 
-// Pixels that a tile of the output needs of the input, in one direction.
+// Input pixels that a tile of the output needs in one direction.
 uint32_t withOverlap(uint32_t tile, uint32_t whole, uint32_t overlap) {
     return uint32_t(std::min<uint64_t>(whole, uint64_t(tile) + 2 * uint64_t(overlap)));
 }
@@ -37,12 +37,12 @@ void PostProcessingStage::reserve(size_t scratchBytes) {
     if (!small_.get())
         small_ = SharedMemory(backend, sizeof(Small));
     if (scratch_.size() < scratchBytes) {
-        scratch_ = {}; // first: both need not fit
+        scratch_ = {}; // first, because there may not be room for both
         scratch_ = SharedMemory(backend, scratchBytes);
     }
 }
 
-// Needs memory that reserve() has made.
+// Uses memory that reserve() has allocated.
 void PostProcessingStage::submit(const std::shared_ptr<const denoise::Filter>& filter,
                                  const denoise::Frame& frame) {
     const engine::ContextPtr& engine = context()->engine;
@@ -83,13 +83,13 @@ denoise::Frame PostProcessingStage::frameOf(const Images& images) {
     return frame;
 }
 
-// The brightness of the whole image, for filters of colours without a limit.
+// Measures the brightness of the whole image, for filters of colours without a limit.
 void PostProcessingStage::measure(const denoise::Image& image) {
     const engine::ContextPtr& engine = context()->engine;
     engine->backend->imageStatistics(engine, {engine::StatisticsRequest::kIntensity, image,
                                               scratch_.get(), &small().intensity, nullptr});
     engine->device->synchronize(nullptr);
-    // Of images that are nearly black, or brighter than filters can scale.
+    // Limits the factor of images that are nearly black, or brighter than filters can scale.
     small().intensity = std::clamp(small().intensity, 1e-20f, 1e20f);
     isMeasured_ = true;
 }
@@ -134,7 +134,7 @@ void PostProcessingStage::denoise(const Images& images) {
         submitTiles(filter, frame, tileWidth, tileHeight);
 }
 
-// Each tile gives the bits of the whole.
+// Filters in tiles. The tiles have the bits of the whole image.
 void PostProcessingStage::submitTiles(const std::shared_ptr<const denoise::Filter>& filter,
                                       const denoise::Frame& whole, uint32_t tileWidth,
                                       uint32_t tileHeight) {
@@ -143,7 +143,7 @@ void PostProcessingStage::submitTiles(const std::shared_ptr<const denoise::Filte
     const std::shared_ptr<engine::Backend>& backend = context()->engine->backend;
     const size_t bytes = output.rowStride * output.height;
     uint8_t* const place = output.data;
-    // A tile would read what its neighbours have written.
+    // In place, a tile would read pixels that its neighbours have written.
     const bool isRead =
         place == input.data || place == whole.albedo.data || place == whole.normal.data;
     if (isRead) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stages: their names, and what their variables say. run.cpp has the filters.
+// Stages: their names, and the values of their variables. run.cpp has the filters.
 #include "api/optix6/post/stage.h"
 
 #include "api/optix6/context.h"
@@ -90,7 +90,7 @@ std::shared_ptr<Variable> PostProcessingStage::declare(const std::string& name) 
     return found;
 }
 
-// ---- What variables say ------------------------------------------------------------------------
+// ---- Values of variables -----------------------------------------------------------------------
 
 const Variable& PostProcessingStage::variable(const char* name) const {
     return *scope.find(name);
@@ -176,8 +176,7 @@ void PostProcessingStage::requireSize(const char* name, const denoise::Image& im
                  " elements, but ", width, " x ", height, " are needed");
 }
 
-// None: there is nothing to do. `block`: pixels of the input for one of the output, in each
-// direction.
+// No result: there is nothing to do. `block`: input pixels for one output pixel, in each direction.
 std::optional<PostProcessingStage::Images> PostProcessingStage::images(uint32_t block) const {
     Images all;
     all.input = image("input_buffer", true);
@@ -223,7 +222,7 @@ void PostProcessingStage::run() {
             predictStructure(*all);
         else
             denoise(*all);
-    } catch (...) { // what has been queued uses the stage's memory
+    } catch (...) { // queued work uses the stage's memory
         device.synchronizeAll();
         throw;
     }

@@ -18,19 +18,19 @@ enum class StageKind : uint8_t { kToneMapper, kDenoiser, kStructurePredictor };
 class PostProcessingStage : public Scoped {
 public:
     static constexpr Kind kKind = Kind::kPostProcessingStage;
-    // Makes the variables; the table of handles does not know them yet.
+    // Creates the variables; the table of handles does not contain them yet.
     PostProcessingStage(const std::shared_ptr<Context>& context, StageKind stage);
 
-    // Of a name that the application writes; none if it is unknown.
+    // The kind of a stage name that the application passes; none if the name is unknown.
     static std::optional<StageKind> kindOf(std::string_view name);
     static std::string knownNames();
     const char* stageName() const;
 
-    // The predefined variable of this name. Throws where there is none, or at the second call.
+    // The predefined variable of this name. Throws if there is none, and at the second call.
     std::shared_ptr<Variable> declare(const std::string& name);
-    // Filters, and waits for the result. Throws Failure where variables are missing or do not fit.
+    // Filters, and waits for the result. Throws Failure if variables are missing or do not fit.
     void run();
-    // Forgets the memory of the filter, which is on another device than the next run.
+    // Frees the memory of the filter, because the next run is on another device.
     void dropMemory() { small_ = {}, scratch_ = {}, copy_ = {}, isMeasured_ = false; }
 
 private:
@@ -38,7 +38,7 @@ private:
         denoise::Image input, output, albedo, normal; // without data: absent
     };
 
-    // Reading variables.
+    // Functions that read variables.
     const Variable& variable(const char* name) const;
     double number(const char* name, double fallback, double least, double most) const;
     std::shared_ptr<Buffer> bufferOf(const char* name, bool isRequired) const;
@@ -54,7 +54,7 @@ private:
     void mapTones(const Images& images);
     void denoise(const Images& images);
     void predictStructure(const Images& images);
-    // What the denoiser and the predictor share: guides, range and brightness of the colours.
+    // Input shared by the denoiser and the predictor: guides, range and brightness of the colours.
     denoise::Frame frameOf(const Images& images);
     void measure(const denoise::Image& image);
     void noteTrainingData();
@@ -67,13 +67,13 @@ private:
     const StageKind stage_;
     std::vector<const Variable*> declared_;
     bool toldOfTrainingData_ = false;
-    // Of the filter: kept between runs.
+    // Memory of the filter, kept between runs.
     struct Small {
         alignas(128) uint8_t state[engine::kDenoiserStateSize];
         float intensity;
     };
     SharedMemory small_, scratch_, copy_;
-    bool isMeasured_ = false; // small().intensity counts
+    bool isMeasured_ = false; // small().intensity is valid
     Small& small() const { return *static_cast<Small*>(small_.get()); }
 };
 

@@ -22,7 +22,7 @@ SUNSTONE_API RTresult rtContextLaunchProgressive2D(RTcontext handle, unsigned en
                 return;
             progressive.stop();
             checkUnmapped(context, false);
-            // Here, because the thread of the launch has no context of OpenGL.
+            // Here, because the launch's thread has no OpenGL context.
             const gl::Share share(context);
             context.launched = true;
             noteFailure(context, [&] { progressive.start(parameters); });
@@ -41,7 +41,7 @@ SUNSTONE_API RTresult rtContextStopProgressive(RTcontext handle) {
         RT_ERROR_INVALID_CONTEXT);
 }
 
-// The manual has this call as a placeholder: that it lets the launch go on is a decision.
+// The manual has this call as a placeholder. By our decision it lets the launch continue.
 SUNSTONE_API RTresult rtContextGetRunningState(RTcontext handle, int* running) {
     return callContext(
         __func__, handle,

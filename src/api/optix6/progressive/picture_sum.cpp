@@ -14,7 +14,7 @@ constexpr size_t kGrain = 1 << 14; // pixels
 
 } // namespace
 
-// A power for each byte in place of one for each pixel: a cell tells where the search starts.
+// Computes one power for each byte instead of each pixel. A cell gives the start of the search.
 ToneMap::ToneMap(float gamma) {
     limits_[0] = 0;
     for (unsigned byte = 1; byte < 256; ++byte)
@@ -28,7 +28,7 @@ ToneMap::ToneMap(float gamma) {
 }
 
 uint8_t ToneMap::byteOf(double value) const {
-    if (!(value > 0.0)) // or no number
+    if (!(value > 0.0)) // also NaN
         return 0;
     const double clamped = std::min(value, 1.0);
     unsigned byte = start_[unsigned(clamped * kCells)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sum of a picture's subframes, and the picture of 8 bits that clients see of it.
+// The sum of a picture's subframes, and the 8-bit picture that clients see of it.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace sunstone::optix6 {
 
-// From colours to bytes: round(255 * clamp(value, 0, 1)^(1 / gamma)).
+// Converts colours to bytes: round(255 * clamp(value, 0, 1)^(1 / gamma)).
 class ToneMap {
 public:
     explicit ToneMap(float gamma);
@@ -20,13 +20,13 @@ private:
     uint8_t start_[kCells + 1]; // the byte of each cell's least value
 };
 
-// Sums are of double precision: their order decides nothing that a picture of floats shows.
+// Sums have double precision, so that their order has no visible effect in a picture of floats.
 class PictureSum {
 public:
     explicit PictureSum(size_t pixels) : values_(3 * pixels) {}
-    // A subframe. `components` of a pixel: 3, or 4 of which the last is not used.
+    // Adds a subframe. `components` of a pixel: 3, or 4 with the last one unused.
     void add(const float* pixels, unsigned components);
-    // The sum of `count` other subframes, with three components.
+    // Adds the sum of `count` other subframes, with three components.
     void addSum(const float* sum, unsigned count);
     void clear();
     unsigned count() const { return count_; } // of subframes

@@ -13,8 +13,8 @@ namespace sunstone::optix6 {
 
 namespace {
 
-// Between two pictures: a client that shows more sees no difference. Where a picture takes long to
-// make, it may cost a twentieth of the time.
+// Shortest time between two pictures; more pictures show no difference. Making pictures takes at
+// most a twentieth of the time.
 constexpr std::chrono::nanoseconds kInterval(33333333);
 constexpr int kShare = 20;
 
@@ -109,8 +109,8 @@ void Progressive::throwFailure(bool once) {
     throw failure;
 }
 
-// The next call that asks for the launch throws it; what is not of the API's codes is a failed
-// launch.
+// The next call that starts the launch throws it. Errors without a code of the API count as a
+// failed launch.
 void Progressive::note(RTresult result, const std::string& text) {
     const std::string line = message("the progressive launch failed: ", text);
     log(LogLevel::kError, "optix6", line);
@@ -124,7 +124,7 @@ void Progressive::work() {
     try {
         generate();
     } catch (const ProcessEnds&) {
-        // Nobody is left who could read the result.
+        // No caller is left to read the result.
     } catch (const Failure& failure) {
         note(failure.result, failure.what());
     } catch (const std::bad_alloc&) {
@@ -135,7 +135,7 @@ void Progressive::work() {
     isGenerating_ = false;
 }
 
-// Which ranks make subframes.
+// Selects the ranks that render subframes.
 void Progressive::distribute() {
     SceneCopies::Launch launch{parameters_.entry, parameters_.width, parameters_.height, {}};
     for (const Picture& picture : pictures_)
@@ -158,7 +158,7 @@ void Progressive::generate() {
 }
 
 void Progressive::makeSubframe(unsigned subframe) {
-    receive(0); // so that other ranks have work meanwhile
+    receive(0); // gives other ranks work meanwhile
     context_.scene->run(request_, subframe);
     for (Picture& picture : pictures_) {
         const Buffer& source = *picture.source;

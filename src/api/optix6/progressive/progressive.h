@@ -3,8 +3,9 @@
 // pictures in stream buffers.
 //
 // While the thread runs, it alone uses the scene: every call that could change anything ends the
-// launch first (call.h). The calls that let it go on touch only what a stream protects. The thread
-// therefore takes no lock of the context, and a call that holds this lock may wait for the thread.
+// launch first (call.h). Calls that do not end it touch only data that a stream protects. The
+// thread therefore takes no lock of the context, and a call that holds this lock may wait for the
+// thread.
 #pragma once
 
 #include "api/optix6/object.h"
@@ -38,18 +39,18 @@ public:
         unsigned limit; // of subframes; 0: none
         bool operator==(const Parameters&) const = default;
     };
-    // Whether this launch is in progress, or has made all its subframes and no call has ended it.
+    // Whether this launch is in progress, or has completed and no call has ended it.
     bool matches(const Parameters& parameters);
     // Starts a launch. Throws Failure.
     void start(const Parameters& parameters);
     // Ends the launch at the end of its current subframe; a launch makes at least one.
     void stop();
     bool isGenerating() const { return isGenerating_; }
-    // Throws the failure of a launch that ended with one. `once`: later calls do not.
+    // Throws the error of a failed launch. `once`: only at the first call.
     void throwFailure(bool once);
 
 private:
-    // What a stream buffer shows.
+    // The picture of a stream buffer.
     struct Picture {
         std::shared_ptr<Buffer> stream, source;
         PictureSum sum;
@@ -70,7 +71,7 @@ private:
     Parameters parameters_{};
     std::thread thread_;
     std::atomic<bool> isGenerating_{false}, wantsEnd_{false};
-    // Of the thread, while it runs.
+    // Used by the thread alone while it runs.
     engine::LaunchRequest request_;
     std::vector<Picture> pictures_;
     std::vector<float> pixels_; // of a source that the host cannot read, or of another rank

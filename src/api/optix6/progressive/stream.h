@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a stream buffer has beside other buffers: its source, its attributes, and the newest picture
-// of a progressive launch. The launch's thread publishes pictures while the application maps the
-// buffer: mapping copies the newest one.
+// The additional data of a stream buffer: its source, its attributes, and the newest picture of a
+// progressive launch. The launch's thread publishes pictures while the application maps the buffer;
+// mapping copies the newest one.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ public:
     int bitrate = 5000000, perSecond = 30;
     float gamma = 1;
 
-    // `limit`: of subframes, as the launch has it.
+    // `limit`: number of subframes, as in the launch.
     void publish(std::vector<uint8_t> pixels, unsigned subframes, unsigned limit);
     struct Update {
         unsigned subframes, limit;
@@ -30,7 +30,7 @@ public:
     // Whether a picture was published since the last call.
     bool takeUpdate(Update& update);
     void dropUpdate();
-    // The pictures so far have another size or format than the buffer.
+    // Drops the pictures, because the buffer's size or format has changed.
     void clear();
     // Copies the newest picture if it has this size.
     void copyTo(void* memory, size_t bytes) const;

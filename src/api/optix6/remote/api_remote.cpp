@@ -18,7 +18,7 @@ namespace {
 constexpr const char* kScheme = "mpi:";
 constexpr const char* kConfiguration = "ranks of this run";
 
-// Of all remote devices.
+// Guards all remote devices.
 std::mutex& mutexOfDevices() {
     static auto* const mutex = new std::mutex;
     return *mutex;
@@ -43,7 +43,7 @@ bool isUsable(uint32_t rank) {
     return rank == 0 || Ranks::get()->isAlive(rank);
 }
 
-// Ranks that live and that no device has reserved.
+// Live ranks that no device has reserved.
 std::vector<uint32_t> freeRanks() {
     if (Ranks* const ranks = Ranks::get())
         ranks->refresh();
@@ -135,7 +135,7 @@ std::vector<uint32_t> sunstone::optix6::reservedNodes(const Ref<RemoteDevice>& r
     return device->nodes;
 }
 
-// `mpirun` has started the ranks, so the function does not use the name and password of a user.
+// `mpirun` has started the ranks, so the function ignores the user's name and password.
 SUNSTONE_API RTresult rtRemoteDeviceCreate(const char* url, const char*, const char*,
                                            RTremotedevice* remote_dev) {
     return guarded(nullptr, __func__, [&] {
@@ -192,7 +192,7 @@ SUNSTONE_API RTresult rtRemoteDeviceRelease(RTremotedevice remote_dev) {
     });
 }
 
-// Null: all ranks again, as without this call.
+// Null: all ranks again, as before the first call.
 SUNSTONE_API RTresult rtContextSetRemoteDevice(RTcontext handle, RTremotedevice remote_dev) {
     return callContext(
         __func__, handle,

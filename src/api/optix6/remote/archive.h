@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values as bytes and back, for messages between ranks. Both sides name the same fields in the same
-// order: a function fields(archive, object) serves a Writer and a Reader. All ranks run the same
-// build on machines of one kind, so that values travel as they are in memory.
+// Serialization of messages between ranks. Both sides name the same fields in the same order: one
+// function fields(archive, object) serves a Writer and a Reader. All ranks run the same build on
+// machines of one kind, so values travel as they are in memory.
 #pragma once
 
 #include "api/optix6/object.h"
@@ -72,7 +72,7 @@ private:
 class Reader {
 public:
     static constexpr bool kWrites = false;
-    // `find(number)`: the object that a reference stands for; null is a fault of the message.
+    // `find(number)`: the object of a reference; null means that the message is invalid.
     explicit Reader(std::string_view bytes,
                     std::function<std::shared_ptr<Object>(uint64_t)> find = {})
         : rest_(bytes), find_(std::move(find)) {}
@@ -136,7 +136,7 @@ private:
         rest_.remove_prefix(size);
         return taken;
     }
-    // Each item has a byte at least, so that no message asks for more memory than it has.
+    // Each item has at least one byte, so a message cannot request more memory than its own size.
     uint64_t countOfItems() {
         const auto count = get<uint64_t>();
         if (count > rest_.size())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages between the ranks of `mpirun sunstone run`. The processes that run programs know no MPI:
-// each has a socket to the `sunstone run` of its rank, which passes frames on
+// Messages between the ranks of `mpirun sunstone run`. The processes that run programs do not use
+// MPI: each has a socket to the `sunstone run` of its rank, which forwards frames
 // (tools/sunstone/ranks.cpp). A message is one or more frames.
 #pragma once
 
@@ -13,21 +13,21 @@
 
 namespace sunstone::optix6 {
 
-// Of a message's first byte.
+// The first byte of a message.
 enum class MessageKind : uint8_t {
-    kHello = 1, // of a node: it is ready
+    kHello = 1, // from a node: it is ready
     kScene,     // to a node: changes of a scene's copy
-    kDrop,      // to a node: a copy is not needed any more
+    kDrop,      // to a node: a copy is no longer needed
     kStart,     // to a node: a launch
-    kWork,      // to a node: subframes to make
+    kWork,      // to a node: subframes to render
     kStop,      // to a node: the launch has ended
-    kSums,      // of a node: sums of subframes
-    kFailed,    // of a node: it cannot make the launch's subframes
-    kDied = 64, // of the rank's `sunstone run`: its node has died
+    kSums,      // from a node: sums of subframes
+    kFailed,    // from a node: it cannot render the launch's subframes
+    kDied = 64, // from the rank's `sunstone run`: its node has died
 };
 
 struct Message {
-    uint32_t rank = 0; // other side
+    uint32_t rank = 0; // of the other side
     std::string bytes;
 };
 
@@ -39,7 +39,7 @@ public:
 
     // Any thread may send. Throws Error: the socket is closed.
     void send(uint32_t rank, std::string_view message);
-    // The next message, if one comes in that time. Throws Error: the socket is closed.
+    // The next message, if one arrives within that time. Throws Error: the socket is closed.
     std::optional<Message> receive(int milliseconds);
 
 private:
@@ -48,7 +48,7 @@ private:
 
     const int socket_;
     std::mutex sends_;
-    std::map<uint32_t, std::string> partial_; // messages whose last frame has not come
+    std::map<uint32_t, std::string> partial_; // messages whose last frame has not arrived
 };
 
 } // namespace sunstone::optix6

@@ -11,7 +11,7 @@ namespace sunstone::optix6 {
 namespace {
 
 constexpr double kSecondsOfRange = 0.2;
-constexpr size_t kRangesAhead = 2; // so that a node never waits for the next one
+constexpr size_t kRangesAhead = 2; // so that nodes need not wait
 constexpr unsigned kMostInRange = 4096;
 
 } // namespace
@@ -39,7 +39,7 @@ Distribution::~Distribution() {
     log(LogLevel::kInfo, "optix6", text);
 }
 
-// Takes up to `most` subframes that no rank has taken; a count of 0: none is left.
+// Takes up to `most` subframes that no rank has taken; a count of 0 means that none is left.
 Distribution::Range Distribution::cut(unsigned most) {
     if (!open_.empty()) {
         Range& range = open_.front();
@@ -61,7 +61,7 @@ std::optional<unsigned> Distribution::take() {
     return range.count ? std::optional(range.first) : std::nullopt;
 }
 
-// Towards the end ranges get shorter: all ranks shall end at the same time.
+// Towards the end ranges get shorter, so that all ranks end at the same time.
 void Distribution::give(uint32_t rank) {
     Node& node = nodes_.at(rank);
     while (node.given.size() < kRangesAhead) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The subframes of one progressive launch, given to the ranks that make them: this rank takes one
-// after the other, nodes get ranges that take them about a fifth of a second. Those of a node that
-// dies go to the others, so that the picture has the subframes that it has on one rank.
+// Distributes the subframes of one progressive launch over the ranks: this rank takes one after the
+// other, nodes get ranges that take them about a fifth of a second. The subframes of a node that
+// dies go to other ranks, so that the picture has the same subframes as on one rank.
 #pragma once
 
 #include "api/optix6/remote/ranks.h"
@@ -16,21 +16,21 @@ class Reader;
 
 class Distribution {
 public:
-    // `limit`: of subframes; 0: none. Without ranks this rank makes all.
+    // `limit`: number of subframes; 0: none. Without nodes this rank renders all.
     Distribution(Ranks* ranks, std::vector<uint32_t> nodes, uint64_t launch, unsigned limit);
     // Tells the nodes that the launch has ended.
     ~Distribution();
     Distribution(const Distribution&) = delete;
 
-    // The next subframe of this rank; none: others make the rest.
+    // The next subframe of this rank; none if other ranks render the rest.
     std::optional<unsigned> take();
     void noteOwn() {
         ++made_;
         ++counts_[0];
     }
-    // add(count, sums): `sums` gives the sum of so many subframes for each picture.
+    // add(count, sums): `sums` contains the sum of `count` subframes for each picture.
     using Add = std::function<void(unsigned count, Reader& sums)>;
-    // Takes what nodes have sent, and waits that long for it.
+    // Receives the results of nodes, and waits that long for them.
     void receive(int milliseconds, const Add& add);
     bool isDone() const { return limit_ != 0 && made_ == limit_; }
 
@@ -51,9 +51,9 @@ private:
     const uint64_t launch_;
     const unsigned limit_;
     std::map<uint32_t, Node> nodes_;
-    std::deque<Range> open_; // that nodes have not made
+    std::deque<Range> open_; // that nodes have not finished
     unsigned next_ = 0, made_ = 0;
-    std::map<uint32_t, unsigned> counts_; // of subframes, by the rank that made them; for the log
+    std::map<uint32_t, unsigned> counts_; // of subframes, by rank; for the log
 };
 
 } // namespace sunstone::optix6

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fields of the classic API's objects that a copy of a scene needs: fields(archive, object).
-// What an object cannot change is in create() of replica.cpp.
+// create() of replica.cpp has the properties that an object cannot change.
 #pragma once
 
 #include "api/optix6/context.h"
@@ -27,7 +27,8 @@ void fields(A& a, Context& c) {
         fields(a, entry);
     a.all(c.misses, c.stackSize, c.maxTraceDepth, c.isTraceDepthSet, c.maxCallableDepth,
           c.exceptions, c.wantsStackChecks, c.printEnabled, c.printIndex);
-    // The tables of ids. Numbers are the application's: buffers and variables hold them.
+    // The tables of ids. Their numbers are the application's, because buffers and variables hold
+    // them.
     a.all(c.buffers.list(), c.samplers.list(), c.programs.list());
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames on the sockets between a program and the `sunstone run` of its rank: a header and that
-// many bytes. tools/sunstone/ranks.cpp passes them on without a look at what is in them.
+// Frames on the sockets between a program and the `sunstone run` of its rank: a header, then the
+// number of bytes that it states. tools/sunstone/ranks.cpp forwards them unread.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 namespace sunstone {
 
 struct FrameHeader {
-    uint32_t rank; // to which the frame goes, or from which it comes
+    uint32_t rank; // destination or source of the frame
     uint32_t size; // of the bytes that follow
     uint32_t isLast;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The process of a rank that does not run the application: it keeps copies of scenes, and makes the
-// subframes that the application's rank gives it (distribution.h).
+// The process of a rank that does not run the application: it keeps copies of scenes, and renders
+// the subframes that the application's rank assigns to it (distribution.h).
 #include "api/optix6/call.h"
 #include "api/optix6/remote/archive.h"
 #include "api/optix6/remote/channel.h"
@@ -22,7 +22,7 @@ constexpr uint32_t kApplication = 0; // its rank
 class Worker {
 public:
     Worker(int socket, unsigned device) : channel_(socket), device_(device) {}
-    // Returns when the application has ended: the channel is closed.
+    // Returns when the channel is closed, because the application has ended.
     void serve();
 
 private:
@@ -69,7 +69,7 @@ void Worker::serve() {
     }
 }
 
-// What fails here fails the launch on this rank alone.
+// Errors of the body fail the launch only on this rank.
 template <class Body>
 void Worker::tryTo(const Body& body) {
     try {
@@ -120,7 +120,7 @@ void Worker::handle(const Message& message) {
     }
 }
 
-// A copy that cannot be brought up to date is dropped: the launch then finds none and fails.
+// A copy that cannot be updated is dropped: the launch then finds none and fails.
 void Worker::update(uint64_t number, Reader& in) {
     std::unique_ptr<Replica>& replica = replicas_[number];
     try {

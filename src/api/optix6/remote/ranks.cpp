@@ -13,8 +13,8 @@
 
 namespace sunstone::optix6 {
 
-// SOCKET:RANKS:PARENT. A process that the application starts inherits the variable and not the
-// socket, so the socket counts only in the child of the `sunstone run` that made it.
+// SOCKET:RANKS:PARENT. A process started by the application inherits the variable but not the
+// socket, so the socket is valid only in the child of the `sunstone run` that created it.
 Ranks* Ranks::connect() {
     const std::string& value = config(Setting::kRanks);
     int socket = -1, parent = 0;
@@ -102,7 +102,7 @@ std::optional<Message> Ranks::receive(int milliseconds) {
     return std::nullopt;
 }
 
-// Whether the message is for the launch.
+// Handles a message about nodes. Returns whether the message is for the launch.
 bool Ranks::note(const Message& message) {
     Reader in(message.bytes);
     const auto kind = in.get<MessageKind>();

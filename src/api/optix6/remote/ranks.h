@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The other ranks of `mpirun sunstone run`, seen from the rank that runs the application. Each of
-// them has a node: a process that holds copies of scenes and makes subframes (node.cpp).
+// The other ranks of `mpirun sunstone run`, seen from the rank that runs the application. Each has
+// a node: a process that holds copies of scenes and renders subframes (node.cpp).
 #pragma once
 
 #include "api/optix6/remote/channel.h"
@@ -15,15 +15,15 @@ namespace sunstone::optix6 {
 
 class Ranks {
 public:
-    // Null: the process is not a part of such a run, or its only rank.
+    // Null if the process is not part of such a run, or is its only rank.
     static Ranks* get();
 
-    unsigned size() const { return size_; } // with this rank, which is 0
+    unsigned size() const { return size_; } // including this rank, which is 0
     bool isAlive(uint32_t rank) const;
-    std::vector<uint32_t> alive() const; // without this rank
-    // Of devices of all ranks that have said how much they have, without this rank.
+    std::vector<uint32_t> alive() const; // excluding this rank
+    // Memory of the devices of all ranks that have reported it, excluding this rank.
     uint64_t memory() const;
-    // Takes note of nodes that have died, where no launch does.
+    // Handles deaths of nodes while no launch does.
     void refresh();
 
     // One launch at a time uses the nodes.
@@ -31,9 +31,9 @@ public:
     void release(const void* owner);
     uint64_t newNumber() { return ++lastNumber_; } // of a launch or a copy of a scene
 
-    // What cannot be sent is lost with its node.
+    // A message that cannot be sent is lost together with its node.
     void send(uint32_t rank, const std::string& message);
-    // The next message of a node that is for the launch; also the news that a node has died.
+    // The next message from a node for the launch; also the message that a node has died.
     std::optional<Message> receive(int milliseconds);
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Remote devices: the ranks of the run, of which a device reserves some. This process is rank 0; it
+// Remote devices: a remote device reserves some of the run's ranks. This process is rank 0; it
 // takes part in every launch.
 #pragma once
 
@@ -14,10 +14,10 @@ public:
     static constexpr Kind kKind = Kind::kRemoteDevice;
     explicit RemoteDevice(std::string url_) : Object(kKind, nullptr), url(std::move(url_)) {}
     const std::string url;
-    std::vector<uint32_t> nodes; // that are reserved; rank 0 may be one
+    std::vector<uint32_t> nodes; // reserved; may include rank 0
 };
 
-// Throws RT_ERROR_CLUSTER_NOT_RUNNING: the device is destroyed or has reserved none.
+// Throws RT_ERROR_CLUSTER_NOT_RUNNING if the device is destroyed or has no reserved node.
 std::vector<uint32_t> reservedNodes(const Ref<RemoteDevice>& device);
 
 } // namespace sunstone::optix6

@@ -25,7 +25,7 @@ std::shared_ptr<Object> Replica::find(uint64_t number) const {
     return found == objects_.end() ? nullptr : found->second;
 }
 
-// body(record, in, number): what follows the number of a record.
+// body(record, in, number): reads the rest of a record after its number.
 template <class Body>
 void Replica::forEachRecord(std::string_view changes, const Body& body) {
     Reader in(changes);
@@ -37,7 +37,7 @@ void Replica::forEachRecord(std::string_view changes, const Body& body) {
     }
 }
 
-// Objects refer to others that may come later, so all are made before any is filled.
+// Objects refer to later ones, so all are created before any is filled.
 void Replica::apply(std::string_view changes) {
     const auto finder = [this](uint64_t number) { return find(number); };
     forEachRecord(changes, [&](Record record, Reader& in, uint64_t number) {

@@ -13,10 +13,10 @@ class Reader;
 
 class Replica {
 public:
-    // `device`: of this machine, taken modulo the number of its devices.
+    // `device`: an ordinal of this machine, modulo the number of its devices.
     explicit Replica(unsigned device);
     ~Replica();
-    // Throws Error or Failure: the copy is then of no use.
+    // Throws Error or Failure: the copy is then unusable.
     void apply(std::string_view changes);
     Context& context() { return *context_; }
     std::shared_ptr<Object> find(uint64_t number) const;

@@ -23,13 +23,13 @@ public:
     struct Launch {
         unsigned entry;
         uint32_t width, height;
-        std::vector<std::shared_ptr<Buffer>> sources; // whose sums are wanted
+        std::vector<std::shared_ptr<Buffer>> sources; // whose sums are requested
     };
-    // Brings the copies up to date and starts the launch on them; its number. Throws Failure: the
+    // Updates the copies and starts the launch on them; returns its number. Throws Failure: the
     // remote device has no nodes.
     uint64_t start(const Launch& launch);
-    void release(); // the ranks, for other contexts
-    // Those that take part in the launch; null and none: this rank is alone.
+    void release(); // releases the ranks for other contexts
+    // The ranks that take part in the launch; null if this rank is alone.
     Ranks* ranks() const { return ranks_; }
     const std::vector<uint32_t>& nodes() const { return nodes_; }
 
@@ -38,9 +38,9 @@ private:
     void drop();
 
     Context& context_;
-    Ranks* ranks_ = nullptr; // while a launch has them
+    Ranks* ranks_ = nullptr; // while a launch uses them
     std::vector<uint32_t> nodes_;
-    // What the copies are, and where they are.
+    // The state and the ranks of the copies.
     uint64_t number_ = 0;
     std::vector<uint32_t> holders_;
     std::unique_ptr<SceneSender> sender_;

@@ -18,7 +18,7 @@ T& as(Object& object) {
     return static_cast<T&>(object);
 }
 
-// What a copy needs to make the object, before its fields.
+// Writes the data that a copy needs to create the object, before its fields.
 void writeMake(Writer& a, Object& object) {
     if (object.kind == Kind::kBuffer)
         a.all(as<Buffer>(object).description);
@@ -114,7 +114,7 @@ void SceneSender::writeObject(Writer& out, Object& object) {
     if (sent.version == ~uint64_t(0) || sent.fields != own.bytes) {
         out.all(Record::kObject, number, object.kind, make.bytes, own.bytes);
         sent.fields = std::move(own.bytes);
-        sent.hash = 0; // a buffer that is made anew is empty
+        sent.hash = 0; // a newly made buffer is empty
         if (object.kind != Kind::kBuffer)
             sent.version = 0;
     }
@@ -141,7 +141,8 @@ void SceneSender::writeScope(Writer& out, uint64_t number, const Scoped& object,
     sent.scope = std::move(own.bytes);
 }
 
-// Programs alone write output buffers, and streams are the host's.
+// Contents of output buffers and streams are not sent: only programs write the former, and streams
+// belong to the host.
 void SceneSender::writeContents(Writer& out, const Buffer& buffer, Sent& sent) {
     const bool isOld = sent.version == buffer.version();
     sent.version = buffer.version();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What other ranks need to have a copy of a context: all at first, then what has changed. A copy
-// holds the state that the application has set and none of the calls that set it, so objects that
-// no program can reach do not travel. The other side is replica.h.
+// Sends a context to other ranks: the whole context at first, then the changes. A copy holds the
+// state that the application has set, without the calls that set it, so objects that no program can
+// reach are not sent. The receiver is replica.h.
 #pragma once
 
 #include "api/optix6/context.h"
@@ -14,7 +14,7 @@ namespace sunstone::optix6 {
 // A message of changes is a sequence of records. Each begins with one of these.
 enum class Record : uint8_t {
     kText,     // digest, PTX
-    kObject,   // number, kind, what it is made of, fields
+    kObject,   // number, kind, data for its creation, fields
     kScope,    // number, variables
     kContents, // number of a buffer, its bytes
     kGone,     // number
@@ -42,7 +42,7 @@ private:
 
     std::map<uint64_t, Sent> sent_;
     std::set<std::string> texts_; // by digest
-    // Of the call.
+    // Objects visited in the current call.
     std::set<uint64_t> seen_;
     std::vector<std::shared_ptr<Object>> queue_;
     void note(const std::shared_ptr<Object>& object);

@@ -221,7 +221,7 @@ private:
     SunstoneScene scene_ = nullptr;
 };
 
-// Rays in the form that queries take, from arrays of origins and directions.
+// Rays in the format of queries, from arrays of origins and directions.
 py::array_t<float> makeRays(const py::array_t<float>& origins, const py::array_t<float>& directions,
                             float tmin, float tmax) {
     if (origins.ndim() != 2 || origins.shape(1) != 3 || directions.ndim() != 2 ||

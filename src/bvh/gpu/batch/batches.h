@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Launches the batch kernels (kernels.cu), in the context that is current when the object is made.
-// Calls need the same context current; any thread may call.
+// Launches the batch kernels (kernels.cu) in the context that is current at construction. The same
+// context must be current in all calls. Thread-safe.
 #pragma once
 
 #include "bvh/batch/ray_batch.h"
@@ -26,7 +26,7 @@ public:
     // Queues the copy of the fourth words of indices.
     void copyMasks(CUstream stream, CUdeviceptr indices, CUdeviceptr masks, uint64_t count) const;
 
-    // Makes and loads all kernels.
+    // Compiles and loads all kernels.
     void prepareAll() const { kernels_.prepareAll(); }
 
 private:

@@ -6,7 +6,7 @@
 
 namespace sunstone::bvh::gpu {
 
-// Rays one launch takes; ranges beyond are launches of their own.
+// The most rays of a launch; longer batches take several launches.
 constexpr uint64_t kLaunchRays = uint64_t(1) << 30;
 
 struct BatchJob {
@@ -14,7 +14,7 @@ struct BatchJob {
     uint64_t counter;     // uint32_t: rays given out; zero before the launch
     uint64_t found;       // for HitFormat::kBit: a byte for each ray
     uint32_t aligned;     // rays of 32 bytes at multiples of 16
-    uint32_t wantedLanes; // that must be busy, or others join
+    uint32_t wantedLanes; // with fewer busy lanes, idle lanes take new rays
 };
 
 } // namespace sunstone::bvh::gpu

@@ -24,7 +24,7 @@ struct BatchPrograms : NoShapes, NoMotion, NoDeepGraphs, OneLane {
     __device__ Visit triangle(gpu::Ray& ray, const TriangleHit& h, uint32_t id, uint32_t) {
         if (kMasked && masks != 0 && !(reinterpret_cast<const uint32_t*>(masks)[id] & mask))
             return Visit::kContinue;
-        // `instance` and `triangleId` begin as the largest numbers.
+        // `instance` and `triangleId` start with the largest value.
         if (!kAnyHit && !(h.t < ray.tmax || (triangleId == ~0u || current < instance ||
                                              (current == instance && id < triangleId))))
             return Visit::kContinue;
@@ -151,7 +151,7 @@ BATCH_KERNEL(batch_any_instances, true, true, false, 4)
 BATCH_KERNEL(batch_closest_instances_masked, false, true, true, 4)
 BATCH_KERNEL(batch_any_instances_masked, true, true, true, 4)
 
-// Bits of the rays; those beside the range keep their values. A thread writes a byte.
+// Writes the bits of the rays, one byte per thread. Bits outside the range keep their values.
 extern "C" __global__ void batch_bits(BatchJob job) {
     const uint64_t byte = uint64_t(blockIdx.x) * blockDim.x + threadIdx.x;
     const uint64_t end = job.batch.firstBit + job.batch.count;

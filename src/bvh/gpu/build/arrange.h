@@ -12,8 +12,8 @@
 //             memory; the kernel that writes the records copies the nodes back
 //
 // Collapsing leaves each node's parent in job.links and a subtreeWord() in place of its task. At
-// first this word counts the node and its own records, then all nodes and records below it. Once
-// all children of its parent are counted, it becomes the place of its first descendant, relative to
+// first this word counts the node and its own records, then all nodes and records below it. After
+// all children of its parent are counted, it holds the place of its first descendant, relative to
 // that of its parent, and its number among the children.
 #pragma once
 
@@ -38,9 +38,9 @@ SUNSTONE_INLINE uint32_t childrenIn(uint64_t subtree) {
     return uint32_t(subtree >> 2 * kSubtreeBits);
 }
 
-// For words that are complete or about to be: the thread that completes a node's last child knows
-// that the others are done, and waits until it sees their words. The wait for broken ones is
-// bounded.
+// The most polls for a word that is complete or about to be. The thread that completes a node's
+// last child knows that the other children are done, and waits until their words are visible. In a
+// broken tree the limit ends the wait.
 constexpr uint32_t kMostLooks = 1 << 16;
 
 SUNSTONE_INLINE bool loadSubtrees(const uint64_t* from, uint32_t count, uint64_t to[kSlots]) {
@@ -71,7 +71,7 @@ SUNSTONE_INLINE void placeChildren(const BuildJob& job, uint32_t index, uint64_t
     uint32_t records = recordsIn(subtree), nodes = count;
 #pragma unroll
     for (uint32_t k = 0; k < kSlots; ++k)
-        records -= recordsIn(below[k]); // the node's own are left
+        records -= recordsIn(below[k]); // leaves the node's own
 #pragma unroll
     for (uint32_t k = 0; k < kSlots; ++k)
         if (k < count) {
@@ -89,7 +89,7 @@ SUNSTONE_INLINE void countSubtrees(const BuildJob& job) {
     uint64_t* const subtrees = subtreesOf(job);
     const uint32_t* const links = at<const uint32_t>(job.links);
     for (uint32_t i = globalThread(); i < numNodes; i += gridDim.x * blockDim.x) {
-        // Starts at nodes without inner children; threads reach the others from below.
+        // Starts at nodes without inner children; threads reach all other nodes from below.
         uint64_t subtree = loadFresh(subtrees + i);
         if (childrenIn(subtree) != kSlots || nodesIn(subtree) != 1)
             continue;
@@ -105,7 +105,7 @@ SUNSTONE_INLINE void countSubtrees(const BuildJob& job) {
                                          (unsigned long long)(more));
                 above = links[parent];
             }
-            if (level > 0) // while that is on its way
+            if (level > 0) // while the load is in flight
                 placeChildren(job, index, subtree, numNodes);
             if (!rises || childrenIn(known) != kSlots)
                 break;
@@ -140,7 +140,7 @@ SUNSTONE_INLINE NewPlace newPlaceOf(const BuildJob& job, uint32_t index, uint32_
     return {nodes + childrenIn(own), nodes + nodesIn(own), records + recordsIn(own)};
 }
 
-// Eight lanes move a node: one has a part of its bytes, and the references of a slot's leaf.
+// Eight lanes move a node. Each lane has a part of its bytes and the references of one slot's leaf.
 struct MovedPart {
     U4 words;
     uint32_t references[kMaxLeafPrimitives];
@@ -148,7 +148,7 @@ struct MovedPart {
     bool fits;
 };
 
-// First loads the bytes of a node, then the data they refer to; all lanes of the warp take part.
+// Loads the bytes of a node, then the data that they refer to. All lanes of the warp must call.
 SUNSTONE_INLINE U4 loadPart(const BuildJob& job, uint32_t index, uint32_t numNodes) {
     const uint32_t slot = laneOf() % kSlots;
     if (index >= numNodes || slot >= sizeof(WideNode) / 16)
@@ -183,8 +183,8 @@ SUNSTONE_INLINE void storePart(const BuildJob& job, const MovedPart& part, const
             slot == 1 ? U4{to.childBase, to.primitiveBase, part.words.z, part.words.w} : part.words;
 }
 
-// Lanes find the places of a node each. Then eight lanes move a node, all of them several, which
-// wait for memory together.
+// Each lane finds the places of one node. Then eight lanes together move a node; they move several
+// nodes, whose memory latencies overlap.
 SUNSTONE_INLINE void arrangeNodes(const BuildJob& job) {
     constexpr uint32_t kTogether = 4, kNodesOfWarp = 32 / kSlots;
     const Counters& counters = countersOf(job);

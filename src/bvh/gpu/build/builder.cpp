@@ -143,7 +143,7 @@ Builder::Builder(const device::cuda::Driver& driver, device::cuda::MachineCodeSo
     };
     multiprocessors_ = std::max(attribute(CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT), 1u);
     sharedMemory_ = attribute(CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN);
-    // With unified addresses, which every GPU of today has, kernels use the host's pointer.
+    // All supported GPUs have unified addresses, so kernels use the host's pointer.
     void* report = nullptr;
     check(driver_.memAllocHost(&report, sizeof(BuildReport)), "cuMemAllocHost");
     report_ = new (report) BuildReport{};
@@ -250,7 +250,7 @@ MemoryUsage Builder::computeMemoryUsage(const BuildInputs& inputs, const BuildOp
     return {plan.outputSize, plan.tempSize, options.allowUpdate ? UpdatePlan(plan).tempSize : 0};
 }
 
-// All by one kernel, if the bytes fit into its arguments; memory is in words of four bytes.
+// One kernel writes all words if they fit into its arguments; memory is in words of four bytes.
 void Builder::begin(CUstream stream, const Uploads& uploads, CUdeviceptr output, CUdeviceptr temp,
                     std::initializer_list<Fill> fills) const {
     const auto wordsOf = [](uint64_t bytes) { return (bytes + 3) / 4; };
@@ -311,7 +311,7 @@ void Builder::build(CUstream stream, const BuildInputs& inputs, const BuildOptio
     const auto addressOf = [&](Plan::Place p) { return (p.inOutput ? output : temp) + p.offset; };
     const Uploads uploads(inputs, options, plan, temp + plan.inputs);
     const bool small = isSmall(plan.maxReferences, plan.maxWide,
-                               options.preferFastBuild); // then the block sets what only it reads
+                               options.preferFastBuild); // the block sets words that only it reads
     const uint64_t word = sizeof(uint32_t);
     begin(
         stream, uploads, output, temp + plan.inputs,
@@ -441,7 +441,7 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
         launchOver(kArrange, stream, job.maxWide, job);
     }
     launch(recordsOf(job.type, moves), stream, blocksFor(n, 256, most * 4), 256, arguments);
-    if (moves) { // until now it has boxes of the means only
+    if (moves) { // so far it has only boxes of the means
         launch(kLinks, stream, blocksFor(job.maxWide, 256, most), 256, arguments);
         queueNodes(stream, arguments, job);
     }
@@ -449,7 +449,7 @@ void Builder::queueKernels(CUstream stream, BuildJob& job, bool fast) const {
 
 void Builder::queueSmallTree(CUstream stream, BuildJob& job, bool fast) const {
     TreeMode mode = fast ? kRadix : kClustered;
-    constexpr uint32_t kOther = 20 << 10; // shared memory without a say of the host
+    constexpr uint32_t kOther = 20 << 10; // statically allocated shared memory, at most
     uint32_t shared = uint32_t(std::min<uint64_t>(smallTreeBytes(job.maxReferences, job.maxWide),
                                                   sharedMemory_ - std::min(sharedMemory_, kOther)));
     void* arguments[] = {&job, &mode, &shared};
@@ -459,7 +459,7 @@ void Builder::queueSmallTree(CUstream stream, BuildJob& job, bool fast) const {
 void Builder::queueTree(CUstream stream, BuildJob& job, bool fast) const {
     void* arguments[] = {&job};
     const uint32_t n = job.maxReferences, most = multiprocessors_ * 8;
-    // Each block adds all of its digits to those of the others.
+    // Each block adds all of its digit counts to the global counts.
     launch(kCodes, stream, blocksFor(n, 512, multiprocessors_ * 2), 512, arguments);
     for (uint32_t pass = 0; pass < kSortPasses; ++pass) {
         void* passArguments[] = {&job, &pass};
@@ -483,7 +483,7 @@ void Builder::queueReferences(CUstream stream, void** arguments, const BuildJob&
                           arguments);
         launch(kInstances, stream, blocksFor(job.numPrimitives, 128, multiprocessors_ * 16), 128,
                arguments);
-        // In most scenes no instance is left for it.
+        // In most scenes this kernel has no instances.
         return launch(kLeftInstances, stream, std::min(blocks, multiprocessors_ * 2), 256,
                       arguments);
     case BlockType::kShapes:
@@ -506,7 +506,7 @@ void Builder::queueNodes(CUstream stream, void** arguments, const BuildJob& job)
     }
 }
 
-// Waits for the stream, and for no other.
+// Waits only for this stream.
 void Builder::read(CUstream stream, void* to, CUdeviceptr from, size_t size) const {
     check(driver_.memcpyDtoHAsync(to, from, size, stream), "cuMemcpyDtoHAsync");
     check(driver_.streamSynchronize(stream), "cuStreamSynchronize");

@@ -26,8 +26,8 @@ struct BuildJob;
 struct BuildReport;
 struct Uploads;
 
-// The kernels, in the context that is current when it is made. Calls need the same context current;
-// any thread may call. A call compiles the kernels that it lacks (device/cuda/kernel_set.h).
+// The kernels in the context that is current at construction. The same context must be current in
+// all calls. Thread-safe. A call compiles kernels that are not loaded (device/cuda/kernel_set.h).
 class Builder {
 public:
     // `code`: source of machine code; null: the driver compiles.
@@ -41,36 +41,38 @@ public:
     // bvh::computeMemoryUsage.
     static MemoryUsage computeMemoryUsage(const BuildInputs& inputs, const BuildOptions& options);
 
-    // Loads the kernels that such a build needs, and those of updates (if it allows them),
-    // compaction, relocation, emitted properties and arrays of micromaps, so that these calls only
-    // queue. Throws as computeMemoryUsage.
+    // Loads the kernels for such a build, for updates (if allowed), compaction, relocation, emitted
+    // properties and arrays of micromaps, so that these calls only queue work. Throws as
+    // computeMemoryUsage.
     void prepare(const BuildInputs& inputs, const BuildOptions& options) const;
-    // The same for builds of all kinds.
+    // Loads the kernels for builds of all kinds.
     void prepareAll() const { kernels_.prepareAll(); }
-    // The context was destroyed: the destructor does not call the driver.
+    // Call after the context was destroyed: the destructor then does not call the driver.
     void abandon();
 
-    // Queues a build. temp and output: 128-byte aligned, at least as large as computeMemoryUsage
-    // says. Throws Error(kInvalidValue) otherwise. `known`: see known_handles.h; instances with
-    // other children are inactive, and takeFailures() reports them.
+    // Queues a build. temp and output must be 128-byte aligned and at least as large as
+    // computeMemoryUsage requires, else throws Error(kInvalidValue). `known`: see known_handles.h;
+    // instances with other children are inactive, and takeFailures() reports them.
     void build(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
                CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize,
                uint64_t known = 0) const;
 
     // Queues an update of the structure in `output`, built with allowUpdate and perhaps compacted
     // and moved since: the tree stays, primitives are read again (bvh::update has the rules). temp
-    // must have MemoryUsage::tempUpdate bytes. Throws Error(kInvalidValue) for buffers; and, if the
-    // stream is idle, for a structure that was built from inputs of another shape. Otherwise
-    // kernels check, leave such a structure unchanged, and takeFailures() reports it.
+    // must have MemoryUsage::tempUpdate bytes. Throws Error(kInvalidValue) for invalid buffers and,
+    // if the stream is idle, for a structure built from inputs of another shape. If the stream is
+    // busy, kernels check the shape and leave such a structure unchanged, and takeFailures()
+    // reports it.
     void update(CUstream stream, const BuildInputs& inputs, const BuildOptions& options,
                 CUdeviceptr temp, size_t tempSize, CUdeviceptr output, size_t outputSize,
                 uint64_t known = 0) const;
 
-    // Queues a compacting copy of the block into so many bytes (128-byte aligned). takeFailures()
-    // reports a block that cannot be compacted into it; the copy is then not written.
+    // Queues a compacting copy of the block into a buffer of so many bytes (128-byte aligned). If
+    // the block cannot be compacted into it, the copy is not written and takeFailures() reports the
+    // block.
     void compact(CUstream stream, CUdeviceptr block, CUdeviceptr destination, size_t size) const;
 
-    // Whether the stream is idle, so that waiting for it takes no time.
+    // Whether the stream is idle.
     bool isIdle(CUstream stream) const;
 
     // Queues the relocation of the copy at `block`: its instances get these handles, one each;
@@ -85,7 +87,7 @@ public:
     void emitBounds(CUstream stream, CUdeviceptr block, CUdeviceptr to) const;
 
     // Queues the relocation of build input `input`'s opacity micromaps to `array`, a copy of the
-    // array it was built with; takeFailures() reports an `array` that is not one.
+    // array it was built with; takeFailures() reports an invalid `array`.
     void relocateMicromaps(CUstream stream, CUdeviceptr block, uint32_t input,
                            CUdeviceptr array) const;
 
@@ -96,9 +98,9 @@ public:
     void buildMicromapArray(CUstream stream, const MicromapArrayInput& input, uint64_t statesSize,
                             CUdeviceptr output, size_t outputSize) const;
 
-    // Failures of kernels that have run meanwhile, in words; each is reported once. Never waits.
-    // Where the structure is as good as its inputs they are remarks; without a place for remarks
-    // they are among the failures.
+    // Returns the failures of kernels that have run since the last call, as texts. Never waits.
+    // Failures that leave a usable structure are remarks; if `remarks` is null, they are among the
+    // failures.
     std::vector<std::string> takeFailures(std::vector<std::string>* remarks = nullptr) const;
 
     // For tests: builds of more references take the kernels of large ones.
@@ -111,7 +113,7 @@ public:
         observerUser_ = user;
     }
 
-    // The modules that it loads, one for each kernel, as PTX.
+    // The modules that a Builder loads, one for each kernel, as PTX.
     static std::vector<std::string> kernelTexts();
 
 private:
@@ -180,7 +182,7 @@ private:
     void queueTree(CUstream stream, BuildJob& job, bool fast) const;
     bool isSmall(uint32_t references, uint32_t nodes, bool fast) const;
 
-    // Words that are set before other kernels run.
+    // Words to set before other kernels run.
     struct Fill {
         CUdeviceptr to;
         uint64_t bytes;

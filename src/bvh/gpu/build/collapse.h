@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fourth step: wide nodes. Eight lanes make one node, a lane for each child: they open children
-// until there are eight, all possible ones at a time, and assign them to slots; each lane rounds
-// the box of its slot. Inner children become tasks. Task i makes node i; idle lanes take tasks in
+// Fourth step: wide nodes. Eight lanes make one node, a lane for each child: they open children, as
+// many at a time as possible, until there are eight, and assign them to slots. Each lane rounds the
+// box of its slot. Inner children become tasks. Task i makes node i; idle lanes take tasks in
 // order.
 //
-// Lanes poll for their task. This ends without any guarantee about scheduling: a task comes from a
-// thread that already runs, and the thread that finds all primitives in leaves releases the waiting
-// ones. Whatever the tree, threads stop once all assigned nodes are written: there are at most
-// job.maxWide tasks, and a task without room for its children fails the build. Node numbers depend
-// on timing; arrange.h makes the order deterministic.
+// Lanes poll for their task. Polling ends under any scheduling: a task comes from a thread that
+// already runs, and the thread that finds all primitives in leaves releases the waiting threads.
+// For any tree, even a broken one, threads stop once all assigned nodes are written: there are at
+// most job.maxWide tasks, and a task without room for its children fails the build. Node numbers
+// depend on timing; arrange.h makes the order deterministic.
 #pragma once
 
 #include "bvh/gpu/build/grid.h"
@@ -68,8 +68,8 @@ SUNSTONE_INLINE uint32_t bitsOf(const NodeLanes& lanes, uint32_t ballot) {
     return ballot >> lanes.first & 0xFFu;
 }
 
-// Lanes that open pass their right part to lanes without a child. Returns the lane that this one's
-// child comes from, or itself.
+// Lanes that open a child pass its right part to lanes without a child. Returns the lane from which
+// this lane's child comes, or this lane.
 SUNSTONE_INLINE uint32_t takeFrom(const NodeLanes& lanes, uint32_t opening, uint32_t count) {
     const uint32_t mine = bitsOf(lanes, opening), place = lanes.place;
     if (place < count || place - count >= uint32_t(__popc(mine)))
@@ -124,7 +124,7 @@ SUNSTONE_INLINE void openByCosts(const BuildJob& job, const NodeLanes& lanes, bo
     }
 }
 
-// The largest number of eight lanes.
+// The maximum over eight lanes.
 SUNSTONE_INLINE uint32_t largestOf(uint32_t number) {
     for (uint32_t step = 1; step < kSlots; step *= 2) {
         const uint32_t other = __shfl_xor_sync(kWholeWarp, number, int(step));
@@ -133,8 +133,9 @@ SUNSTONE_INLINE uint32_t largestOf(uint32_t number) {
     return number;
 }
 
-// Opens children while there is room: inner ones first, the largest or (by level) the highest up,
-// then leaves of several primitives. Only a node without children to open has less than eight.
+// Opens children while there are free slots: first inner children, the largest or (by level) the
+// highest, then leaves of several primitives. A node has fewer than eight children only if none can
+// be opened.
 SUNSTONE_INLINE void openWhileRoom(const BuildJob& job, TreeMode mode, const NodeLanes& lanes,
                                    bool ready, WideChild& own, uint32_t& count) {
     const uint32_t limit = leafLimit(job);
@@ -143,7 +144,7 @@ SUNSTONE_INLINE void openWhileRoom(const BuildJob& job, TreeMode mode, const Nod
         const bool may = ready && lanes.place < count && count < kSlots && refCount(own.ref) != 1;
         if (!__any_sync(kWholeWarp, may))
             return;
-        // Areas are not negative, so that their bits are in order. The last four make room for the
+        // Areas are not negative, so their bits are in order. The last four bits make room for the
         // child's number.
         const uint32_t rank = mode == kRadixByLevel ? (32 - level) << 4
                                                     : bitsOf(halfArea(own.box)) & ~15u,
@@ -169,8 +170,8 @@ SUNSTONE_INLINE uint32_t assignSlots(const NodeLanes& lanes, const WideChild& ow
     float off[3];
     for (int a = 0; a < 3; ++a)
         off[a] = sub(add(own.box.lower[a], own.box.upper[a]), add(whole.lower[a], whole.upper[a]));
-    // The fit of a slot in 26 bits, and in the others the child and the slot, backwards; 0: none.
-    // The precision suffices: nearly equal fits may count as equal.
+    // The fit of a slot in 26 bits, and in the other bits the child and the slot in reverse order;
+    // 0: none. The precision suffices, because nearly equal fits may count as equal.
     uint32_t fits[kSlots], child = kSlots;
 #pragma unroll
     for (uint32_t s = 0; s < kSlots; ++s) {
@@ -202,7 +203,7 @@ SUNSTONE_INLINE uint32_t assignSlots(const NodeLanes& lanes, const WideChild& ow
     return child;
 }
 
-// References of a leaf's primitives, left to right.
+// Lists the references of a leaf's primitives, left to right.
 SUNSTONE_INLINE void listPrimitives(const BuildJob& job, const WideChild& leaf, uint32_t* to) {
     if (refCount(leaf.ref) == 1) {
         *to = leaf.ref;
@@ -259,7 +260,7 @@ SUNSTONE_INLINE void describeSlot(const BuildJob& job, const NodeLanes& lanes, b
     const uint32_t limit = leafLimit(job), slot = lanes.place;
     const uint32_t before = lanesBelow(laneOf()) & ~lanesBelow(lanes.first);
     uint32_t meta = 0;
-    if (used && !isLeaf(own.ref, limit)) { // first the words that others wait for
+    if (used && !isLeaf(own.ref, limit)) { // first the words for which others wait
         meta = 1u << 5 | (24 + slot);
         const uint32_t child = place.childBase + innerIn(all, before);
         *(at<volatile uint64_t>(job.tasks) + child) = uint64_t(place.depth + 1) << 32 | own.ref;
@@ -294,11 +295,11 @@ SUNSTONE_INLINE void describeSlot(const BuildJob& job, const NodeLanes& lanes, b
     }
 }
 
-// Tasks: not yet assigned, and no further ones.
+// Values of a task: not yet assigned; no further tasks.
 constexpr uint64_t kNoTask = ~0ull, kNoMoreTasks = ~1ull;
 
-// The warp that completes the tree releases the groups of lanes that wait for tasks; each group
-// waits for one at most.
+// The warp that completes the tree releases the groups of lanes that wait for tasks. Each group
+// waits for at most one task.
 SUNSTONE_INLINE void endTasks(const BuildJob& job, uint32_t numNodes) {
     const uint64_t waiting = uint64_t(numNodes) + gridDim.x * kNodesOfBlock;
     const uint64_t end = waiting < job.maxWide ? waiting : job.maxWide;
@@ -306,7 +307,7 @@ SUNSTONE_INLINE void endTasks(const BuildJob& job, uint32_t numNodes) {
         at<volatile uint64_t>(job.tasks)[i] = kNoMoreTasks;
 }
 
-// Makes the nodes that the warp's lanes are ready for.
+// Makes the nodes whose tasks the warp's lanes have.
 SUNSTONE_INLINE void makeNodes(const BuildJob& job, TreeMode mode, const NodeLanes& lanes,
                                bool ready, uint32_t index, uint64_t task, WideNode& image) {
     Counters& counters = countersOf(job);
@@ -354,16 +355,16 @@ SUNSTONE_INLINE void makeNodes(const BuildJob& job, TreeMode mode, const NodeLan
         atomicAdd(&counters.finished, written);
 }
 
-// Only unwritten nodes assign further ones, so that equal numbers mean the end; the number written
-// is read first.
+// Only unwritten nodes assign further nodes, so equal numbers mean the end. The number of written
+// nodes must be read first.
 SUNSTONE_INLINE bool isOver(const Counters& counters) {
     const uint32_t finished = loadFresh(&counters.finished);
     fence();
     return finished == uint32_t(loadFresh(&counters.allocated)) || loadFresh(&counters.failure);
 }
 
-// A group that waits for a task of a broken tree polls for the end so rarely that it does not slow
-// others down.
+// Polls of a task between two checks for the end, which a broken tree needs. Rare checks do not
+// slow other groups down.
 constexpr uint32_t kLooksBetween = 64;
 
 SUNSTONE_INLINE void collapse(const BuildJob& job, TreeMode mode, WideNode* images) {
@@ -409,8 +410,8 @@ SUNSTONE_KERNEL __launch_bounds__(kCollapseThreads) sunstone_collapse(BuildJob j
         collapse(job, mode, images);
 }
 
-// A step of a kernel in parts that blocks take. A block that finds none left waits until all are
-// done, by blocks that already run.
+// Runs a step of a kernel in parts that blocks take. A block that finds no part left waits for the
+// other blocks, which already run.
 template <class Work>
 SUNSTONE_INLINE void inParts(uint32_t turns[2], uint32_t numParts, const Work& work) {
     __shared__ uint32_t taken;

@@ -4,10 +4,10 @@
 // into a node counts 1 and a primitive 0.3. Savings are computed as each binary node is made, and
 // later decide which nodes are opened.
 //
-// Absolute costs are not needed: terms common to both sides of a choice cancel, and high up in the
-// tree they are so large that rounding would decide. Savings are at most the areas of the opened
-// nodes, fewer than seven times that of the first; a word holds six of ten bits each, in 128ths of
-// the node's area.
+// Absolute costs are not needed: terms common to both sides of a choice cancel. High in the tree
+// these terms are so large that rounding would decide the choice. Savings are at most the areas of
+// the opened nodes, fewer than seven times that of the first; a word holds six of ten bits each, in
+// 128ths of the node's area.
 #pragma once
 
 #include "bvh/gpu/device.h"
@@ -65,8 +65,8 @@ SUNSTONE_INLINE float shareSlots(const Savings& left, const Savings& right, uint
     return best;
 }
 
-// The same where the number of slots is not known when the code is compiled: the right part's
-// savings are read from the packed word.
+// The same for a number of slots that is not a constant: reads the right part's savings from the
+// packed word.
 SUNSTONE_INLINE float shareAnySlots(const Savings& left, const CostPart& right, uint32_t slots,
                                     uint32_t& ofLeft) {
     const float unit = mul(right.area, 1.0f / 128);
@@ -86,8 +86,8 @@ SUNSTONE_INLINE float shareAnySlots(const Savings& left, const CostPart& right, 
     return best;
 }
 
-// The cost of a node of this area as one child, less that of its two parts as a child each. As a
-// leaf, where it may be one, or as a wide node.
+// The cost of a node of this area as one child (a leaf if possible, else a wide node), minus the
+// cost of its two parts as a child each.
 SUNSTONE_INLINE float excessOf(const BuildJob& job, float area, bool mayBeLeaf,
                                const CostPart& left, const CostPart& right,
                                const Savings& leftSavings, const Savings& rightSavings) {
@@ -101,7 +101,7 @@ SUNSTONE_INLINE float excessOf(const BuildJob& job, float area, bool mayBeLeaf,
     return smaller(asNode, mul(job.primitiveCost, sub(tests, apart)));
 }
 
-// Of a new node.
+// The packed savings of a new node.
 SUNSTONE_INLINE uint64_t joinSavings(const BuildJob& job, float area, bool mayBeLeaf,
                                      const CostPart& left, const CostPart& right) {
     const Savings l = unpackSavings(left), r = unpackSavings(right);

@@ -7,8 +7,8 @@
 
 namespace sunstone::bvh::gpu {
 
-// Writes the record of a triangle or a custom primitive. False if it is inactive, which is looked
-// at only where that may be; else `exact` is its box.
+// Writes the record of a triangle or a custom primitive. False if the primitive is inactive (tested
+// for triangles only if mayBeInactive); else `exact` is its box.
 SUNSTONE_INLINE bool writeRecord(const BuildJob& job, uint32_t place, InputPlace from,
                                  bool mayBeInactive, Bounds& exact) {
     const DeviceInput& input = at<const DeviceInput>(job.inputs)[from.input];
@@ -33,7 +33,7 @@ SUNSTONE_INLINE bool writeRecord(const BuildJob& job, uint32_t place, InputPlace
     return active;
 }
 
-// Of triangles that leaves share (shared_records.h).
+// Writes the records of triangles that leaves share (shared_records.h).
 SUNSTONE_INLINE void writeSharedRecords(const BuildJob& job) {
     const uint32_t stride = gridDim.x * blockDim.x, count = countersOf(job).numTreeReferences;
     Bounds unused;
@@ -86,8 +86,8 @@ SUNSTONE_INLINE void writeRecords(const BuildJob& job) {
 SUNSTONE_INLINE uint64_t roundUp(uint64_t value, uint64_t unit) {
     return (value + unit - 1) / unit * unit;
 }
-// The data right before the nodes, which moves with them, and the begin of the nodes in a compacted
-// copy.
+// Bytes of the data before the nodes, which moves with the nodes, and the start of the nodes in a
+// compacted copy.
 SUNSTONE_INLINE uint64_t bytesBeforeNodes(const BlockHeader& header) {
     return header.sharesRecords ? sharedNumbers(header.numLeaves) : 0;
 }
@@ -102,9 +102,8 @@ SUNSTONE_INLINE void zeroWords(uint64_t from, uint64_t to) {
     for (uint64_t i = from / 16 + globalThread(); i < to / 16; i += stride)
         *at<U4>(16 * i) = U4{0, 0, 0, 0};
 }
-// Earlier contents of the buffers appear neither in a structure nor in a copy of it: the gaps
-// between its parts, after the records (scratch) and after the nodes, as far as they are copied,
-// are 0.
+// Zeroes the gaps between the parts of a structure, after the records (scratch) and after the
+// nodes, so that neither the structure nor its copies contain earlier contents of the buffers.
 SUNSTONE_INLINE void zeroRest(const BuildJob& job) {
     const uint64_t records = recordSize(job.type, job.shape, job.motionKeys);
     const Counters& counters = countersOf(job);
@@ -127,7 +126,7 @@ SUNSTONE_INLINE void zeroRest(const BuildJob& job) {
             at<uint8_t>(job.output + job.gaps[i].offset)[globalThread()] = 0;
 }
 
-// Nodes from where arrange.h has put them.
+// Copies the nodes back from scratch memory (arrange.h).
 SUNSTONE_INLINE void takeNodes(const BuildJob& job) {
     constexpr uint32_t kWords = sizeof(WideNode) / 16;
     const uint64_t words = uint64_t(uint32_t(countersOf(job).allocated)) * kWords;
@@ -179,8 +178,8 @@ SUNSTONE_INLINE void finish(const BuildJob& job) {
     header.magic = kGpuBlockMagic;
 }
 
-// Records and header; neither is read before the kernel is over. Curves and spheres have separate
-// kernels, which take a GPU's compiler several times as long.
+// Writes records and header, which no thread of this kernel reads. Curves and spheres have separate
+// kernels, because these take a GPU's compiler several times as long.
 template <bool kMotion, bool kShapes>
 SUNSTONE_INLINE void finishTree(const BuildJob& job) {
     if (isWhole(countersOf(job))) {
@@ -210,7 +209,7 @@ SUNSTONE_INLINE bool mayCompact(const BlockHeader& header, uint64_t from, uint64
            (from >= to + header.usedSize || to >= from + header.usedSize);
 }
 
-// Copies a structure, primitives and nodes side by side, into a buffer of so many bytes.
+// Copies a structure into a buffer of so many bytes, without gaps between its parts.
 SUNSTONE_KERNEL sunstone_compact(uint64_t from, uint64_t to, uint64_t bytes, uint64_t report) {
     const BlockHeader& header = *at<const BlockHeader>(from);
     if (!mayCompact(header, from, to, bytes)) {

@@ -9,7 +9,7 @@ namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kSlots = 8;
 
-// The space that a node's grid spans; an empty node has a grid, too.
+// The space that a node's grid spans; also valid for an empty node.
 SUNSTONE_INLINE Bounds gridOf(const Bounds& whole) {
     return isEmpty(whole) ? Bounds{} : whole;
 }
@@ -27,8 +27,7 @@ SUNSTONE_INLINE Bounds uniteOfEight(Bounds box) {
     return box;
 }
 
-// The grid of an axis: 255 steps, a power of two each, hold the node with a little to spare for
-// rounding.
+// The step of an axis: a power of two such that 255 steps span the node with a margin for rounding.
 SUNSTONE_INLINE uint32_t stepExponent(float size) {
     uint32_t exponent = bitsOf(mul(size, 1.0f / 254.9375f)) >> 23;
     exponent += 1; // up to the next power of two, or one further
@@ -39,7 +38,7 @@ SUNSTONE_INLINE float inverseStep(uint32_t exponent) {
     return floatOf((254u - exponent) << 23);
 }
 
-// Planes rounded outwards. Those of an empty box are crossed: 255 and 0.
+// Round planes outwards. An empty box has crossed planes: 255 and 0.
 SUNSTONE_INLINE uint32_t lowerByte(float plane, float origin, float inverse) {
     const float low = mul(sub(plane, origin), inverse);
     // The rounding above is below 2^-15 of a step.
@@ -50,12 +49,12 @@ SUNSTONE_INLINE uint32_t upperByte(float plane, float origin, float inverse) {
     return uint32_t(larger(smaller(__builtin_ceilf(add(high, 0x1p-14f)), 255.0f), 0.0f));
 }
 
-// A leaf of up to three primitives from `first` among the node's. That of a single inactive one
-// must never be entered.
+// Meta byte of a leaf of up to three primitives, from place `first` among the node's primitives.
+// Rays must never enter a leaf with a single inactive primitive.
 SUNSTONE_INLINE uint32_t leafMeta(uint32_t count, uint32_t first, bool inactive) {
     return inactive ? first + 1 : ((1u << count) - 1) << 5 | first;
 }
-// The same backwards. count: 0 if the slot is unused.
+// Decodes a leaf's meta byte. count: 0 if the slot is unused.
 struct LeafRun {
     uint32_t first, count;
 };

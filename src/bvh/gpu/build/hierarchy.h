@@ -3,17 +3,17 @@
 // Hierarchical Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction", HPG
 // 2024).
 //
-// Threads climb the radix tree of the Morton codes from its leaves; of two that meet at a node the
-// second continues. When the range below exceeds 16 primitives, the warp cooperates: the clusters
-// of both sides are placed side by side in its lanes, and pairs that are each other's nearest (of 8
-// to the left and right) are merged until few enough are left. They are kept in place of the first
-// primitives of the range. At the root they are merged to one.
+// Threads climb the radix tree of the Morton codes from its leaves; the second of the two threads
+// that reach a node continues. When the range below exceeds 16 primitives, the warp cooperates: its
+// lanes hold the clusters of both sides, and pairs of mutually nearest clusters (among 8 to the
+// left and right) are merged until few enough remain. These are stored in place of the first
+// primitives of the range. At the root all are merged to one.
 //
-// What is near, and how many are left, decides how well rays see the tree; both are by experiment
-// (docs/notes/builders-gpu.md). The usual area of the common box lets large clusters wait until
-// small ones have grown around them: the distance is the square of that area by the areas of the
-// two. And 16 clusters that are carried far up overlap; of ranges beyond 64 primitives 4 are left,
-// so that the halves of the radix tree, which do not overlap, decide more.
+// The distance of clusters and the number that remains decide the quality of the tree; both come
+// from experiments (docs/notes/builders-gpu.md). The usual distance, the area of the common box,
+// merges large clusters too late, so the distance is the square of that area divided by the areas
+// of the two. 16 clusters carried far up the tree overlap, so only 4 remain of ranges beyond 64
+// primitives, and the disjoint halves of the radix tree decide more.
 //
 // The pairs that merge do not depend on the order in which threads run; the numbers of the nodes
 // do.
@@ -24,11 +24,12 @@
 namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kHierarchyThreads = 128;
-constexpr uint32_t kClusters = 16;    // left of a range, at most
+constexpr uint32_t kClusters = 16;    // the most that remain of a range
 constexpr uint32_t kSearchRadius = 8; // to either side
 constexpr uint32_t kLargeRange = 64, kClustersOfLargeRange = 4;
 
-// How high up the radix tree two neighbours part; the codes first, then the places.
+// The height at which two neighbours separate in the radix tree: by their codes, then by their
+// places.
 SUNSTONE_INLINE uint64_t partingOf(const uint64_t* keys, uint32_t i) {
     const uint64_t different = keys[i] ^ keys[i + 1];
     return different ? different | 1ull << 63 : uint64_t(i ^ (i + 1));
@@ -71,7 +72,7 @@ SUNSTONE_INLINE Bounds shuffleFrom(const Bounds& b, uint32_t lane) {
     return r;
 }
 
-// Place of the n-th set bit.
+// The position of the n-th set bit.
 SUNSTONE_INLINE uint32_t placeOfBit(uint32_t mask, uint32_t n) {
     uint32_t place = 0;
     for (uint32_t width = 16; width > 0; width /= 2) {
@@ -90,8 +91,8 @@ SUNSTONE_INLINE float clusterDistance(float area, float left, float right) {
     return mul(area, mul(area, __nvvm_rcp_approx_ftz_f(own)));
 }
 
-// Pairs have a total order, by distance, then by the places of the two, so that at least one pair
-// is mutual.
+// The sort key of a pair. The order by distance, then by the places of the two, is total, so at
+// least one pair is mutual.
 SUNSTONE_INLINE uint64_t pairOf(uint32_t distanceBits, uint32_t low, uint32_t high) {
     return uint64_t(distanceBits) << 10 | low << 5 | high;
 }
@@ -121,7 +122,7 @@ SUNSTONE_INLINE uint32_t nearestCluster(const Bounds& box, uint32_t count) {
     return otherOf(best, lane);
 }
 
-// The same for up to eight clusters, as there are high up in the tree, where the rest of the GPU
+// The nearest clusters among up to eight, for nodes high in the tree, where the rest of the GPU
 // waits: each lane measures one pair, in a ring of eight.
 constexpr uint32_t kRing = 8;
 SUNSTONE_INLINE uint32_t nearestInRing(const Bounds& box, uint32_t count) {
@@ -148,7 +149,7 @@ SUNSTONE_INLINE uint32_t nearestInRing(const Bounds& box, uint32_t count) {
     return otherOf(best, first);
 }
 
-// Merges mutual nearest pairs; the clusters left are in the first lanes.
+// Merges mutually nearest pairs; the remaining clusters are in the first lanes.
 SUNSTONE_INLINE uint32_t mergePairs(const BuildJob& job, uint32_t& ref, Bounds& box,
                                     unsigned long long& savings, uint32_t count) {
     const uint32_t lane = laneOf();
@@ -196,7 +197,7 @@ SUNSTONE_INLINE void storeRoot(const BuildJob& job, uint32_t ref) {
     *at<uint64_t>(job.tasks) = ref;
 }
 
-// A range of the sorted primitives, and where its right half begins.
+// A range of the sorted primitives, and the start of its right half.
 struct ClusterRange {
     uint32_t first, last, split;
 };
@@ -260,11 +261,11 @@ SUNSTONE_INLINE bool climb(const uint64_t* keys, uint32_t* parents, uint32_t cou
     return true;
 }
 
-// One node for the two halves of a range, by one thread.
+// One thread makes a node of the two halves of a range.
 SUNSTONE_INLINE void joinHalves(const BuildJob& job, ClusterRange range, bool whole) {
     volatile uint32_t* const clusters = at<volatile uint32_t>(job.values[1]);
     const uint32_t left = clusters[range.first], right = clusters[range.split];
-    const uint32_t index = range.split - 1; // where the tree parts, once for each node
+    const uint32_t index = range.split - 1; // where the tree splits: unique for each node
     storeNode(job, index, unite(loadBounds(job, left), loadBounds(job, right)), left, right);
     const uint32_t ref = joinCounts(left, right) << kRefCountShift | index;
     clusters[range.first] = ref;
@@ -273,7 +274,7 @@ SUNSTONE_INLINE void joinHalves(const BuildJob& job, ClusterRange range, bool wh
     fence();
 }
 
-// A thread climbs from its primitive; all threads of a warp take part.
+// Each thread climbs from its primitive. All threads of a warp must call.
 SUNSTONE_INLINE void makeHierarchy(const BuildJob& job, TreeMode mode, uint32_t self) {
     Counters& counters = countersOf(job);
     const uint32_t count = counters.numTreeReferences;
@@ -309,7 +310,7 @@ SUNSTONE_INLINE void makeHierarchy(const BuildJob& job, TreeMode mode, uint32_t 
     }
 }
 
-// As many warps as there can be: they wait for memory most of the time.
+// As many resident warps as possible, because they mostly wait for memory.
 SUNSTONE_KERNEL __launch_bounds__(kHierarchyThreads, 8) sunstone_clusters(BuildJob job) {
     makeHierarchy(job, kClustered, globalThread());
 }

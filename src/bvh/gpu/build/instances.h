@@ -2,7 +2,7 @@
 // First step of a build of instances: their records and boxes, with motion keys a box for each key.
 // Bounds of moving objects take many registers. In structures without motion keys, a first kernel
 // therefore leaves instances below motion transforms to a second one. Structures with motion keys
-// have another kernel: it takes a GPU's compiler five times as long.
+// have another kernel, because it takes a GPU's compiler five times as long.
 #pragma once
 
 #include "bvh/gpu/build/motion_references.h"
@@ -11,7 +11,7 @@
 
 namespace sunstone::bvh::gpu {
 
-// Bounds seen through a transform, with the CPU's margin for the rounding of transformed rays.
+// Transforms bounds, with the CPU's margin for the rounding of transformed rays.
 SUNSTONE_INLINE Bounds transformBounds(const float m[12], const Bounds& b) {
     Bounds r;
     for (int i = 0; i < 3; ++i) {
@@ -33,12 +33,12 @@ SUNSTONE_INLINE Bounds transformBounds(const float m[12], const Bounds& b) {
 
 // ---- tight boxes ------------------------------------------------------------------------------
 //
-// The box around a rotated box is up to five times as large as the geometry inside needs, and each
-// instance that a ray enters without a hit costs time. So boxes of nodes two levels below the
-// child's root are rotated instead: up to 64 of them, the same for all instances of a child, read
-// from the caches.
+// The box around a rotated box is up to five times as large as the geometry needs, and each
+// instance that a ray enters without a hit costs time. The code therefore rotates the boxes of
+// nodes two levels below the child's root: up to 64 boxes, which are equal for all instances of a
+// child and read from the caches.
 
-// A box by its middle and half its size.
+// A box as its centre and half size.
 struct Part {
     float centre[3], half[3];
 };
@@ -51,7 +51,7 @@ SUNSTONE_INLINE Part partOf(const float lower[3], const float upper[3]) {
     return p;
 }
 
-// Adds a box seen through a transform.
+// Adds a transformed box.
 SUNSTONE_INLINE void addSeen(const float m[12], const Part& part, Bounds& sum) {
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
@@ -66,7 +66,7 @@ SUNSTONE_INLINE void addSeen(const float m[12], const Part& part, Bounds& sum) {
     }
 }
 
-// A node as in memory, so that its boxes take five loads instead of one for each byte.
+// A node in its memory layout, so that its boxes take five loads in place of one per byte.
 struct NodeWords {
     U4 head, children, planes[3];
 };
@@ -84,7 +84,7 @@ SUNSTONE_INLINE uint32_t planeOf(const NodeWords& node, uint32_t row, uint32_t s
 SUNSTONE_INLINE uint32_t metaOf(const NodeWords& node, uint32_t slot) {
     return (slot < 4 ? node.children.z : node.children.w) >> 8 * (slot % 4) & 0xFFu;
 }
-// Of a byte, exactly.
+// Converts a byte exactly.
 SUNSTONE_INLINE float smallFloat(uint32_t byte) {
     return sub(floatOf(0x4B000000u | byte), 0x1p23f);
 }
@@ -105,7 +105,7 @@ SUNSTONE_INLINE bool slotBox(const NodeWords& node, uint32_t slot, float lower[3
 }
 
 // Calls visit(lower, upper) for boxes that cover a structure without motion: those of nodes two
-// levels below its root. kUnroll: 1 where the visit is too much code to repeat for each slot.
+// levels below its root. kUnroll: 1 if the visit is too much code to repeat for each slot.
 template <int kUnroll, class Visit>
 SUNSTONE_INLINE void forEachPart(const BlockHeader& header, const Visit& visit) {
     const WideNode* const nodes = reinterpret_cast<const WideNode*>(
@@ -136,7 +136,7 @@ SUNSTONE_INLINE bool turns(const float m[12]) {
     return false;
 }
 
-// Instances of one structure tend to come in a row, so a block caches the parts of its first
+// Instances of one structure tend to be consecutive, so a block caches the parts of its first
 // instance's structure.
 struct SharedParts {
     uint64_t structure; // its handle; 0: none
@@ -152,7 +152,7 @@ SUNSTONE_INLINE Part loadPart(const U4 from[2]) {
     return {{floatOf(a.x), floatOf(a.y), floatOf(a.z)}, {floatOf(a.w), floatOf(b.x), floatOf(b.y)}};
 }
 
-// Called by all threads of a block, which has at least as many threads as parts.
+// All threads of a block must call; the block has at least as many threads as parts.
 SUNSTONE_INLINE void shareParts(uint64_t known, uint64_t handle, SharedParts& shared) {
     if (threadIdx.x == 0) {
         const uint64_t tag = handle & devlib::kTagMask;
@@ -188,7 +188,7 @@ SUNSTONE_INLINE void shareParts(uint64_t known, uint64_t handle, SharedParts& sh
 }
 
 // Shrinks `box`, which contains the transformed structure, to the union of its transformed nodes.
-// Their sums are rounded by less than the margin that is added to that of transformBounds().
+// An additional margin over transformBounds() covers the rounding of their sums.
 template <int kUnroll>
 SUNSTONE_INLINE void tighten(const float m[12], uint64_t handle, const SharedParts* shared,
                              Bounds& box) {
@@ -217,12 +217,12 @@ SUNSTONE_INLINE void tighten(const float m[12], uint64_t handle, const SharedPar
     }
 }
 
-// As many transforms as traversal walks (devlib/gpu/launch_block.h).
+// The most transforms in a row; equals the limit of traversal (devlib/gpu/launch_block.h).
 constexpr uint32_t kMaxChain = 30;
 
 enum class Child : uint32_t { kNothing, kSomething, kLater };
 
-// Whether a child may be read; the first one that may not is reported to the host.
+// Whether a child may be read. Reports the first child that may not to the host.
 SUNSTONE_INLINE bool leadsSomewhere(const BuildJob& job, uint64_t handle) {
     if (isKnownHandle(knownNow(job.known), handle))
         return true;
@@ -284,7 +284,7 @@ SUNSTONE_INLINE bool isUsable(const Bounds& box) {
     return good;
 }
 
-// Ends a box where coordinates count as infinite; false if nothing is left, or a plane is NaN.
+// Clamps a box to the range of finite coordinates; false if nothing remains, or a plane is NaN.
 SUNSTONE_INLINE bool endBox(Bounds& box) {
     bool good = true;
     for (int a = 0; a < 3; ++a) {
@@ -332,7 +332,7 @@ SUNSTONE_INLINE bool describeInstance(const BuildJob& job, uint32_t index,
         to.index = index;
         return false;
     }
-    // In units of 16 bytes, as records lie side by side.
+    // In units of 16 bytes, because records are contiguous.
     const U4* const from = at<const U4>(address);
     const U4 words = from[3], handle = from[4];
     const uint64_t child = uint64_t(handle.y) << 32 | handle.x;
@@ -364,7 +364,7 @@ SUNSTONE_INLINE bool describeInstance(const BuildJob& job, uint32_t index,
     return endBox(box);
 }
 
-// Boxes of an instance at the keys, not padded; empty if it is inactive.
+// Boxes of an instance at the keys, unpadded; empty if the instance is inactive.
 SUNSTONE_INLINE KeyBounds* keyBoxesOf(const BuildJob& job, uint32_t index) {
     return at<KeyBounds>(job.keyBoxes) + uint64_t(index) * job.motionKeys;
 }
@@ -377,14 +377,14 @@ SUNSTONE_INLINE Bounds boundsOf(const KeyBounds& from) {
     return box;
 }
 
-// An instance's boxes in nodes: the same boxes, or tighter ones, which emitted bounds do not depend
-// on.
+// An instance's boxes in nodes: the boxes of keyBoxesOf(), or tighter ones, which do not affect
+// emitted bounds.
 SUNSTONE_INLINE KeyBounds* tightBoxesOf(const BuildJob& job, uint32_t index) {
     return keyBoxesOf(job, job.numPrimitives + index);
 }
 
-// The parts of an instance's bounds (moving::describeParts): parts of a structure without motion,
-// or the whole at once. One type, so that the code is compiled once.
+// The parts of an instance's bounds (moving::describeParts): the parts of a structure without
+// motion, or the whole structure. One type for both, so that the code is compiled once.
 struct InstanceParts {
     const BlockHeader* structure; // null: all at once
 
@@ -404,15 +404,15 @@ SUNSTONE_INLINE void describeMoving(const BuildJob& job, const InstanceRecord& r
                           InstanceParts{parts});
 }
 
-// As above, for motion transforms above a structure without motion: bounds of its parts, united.
-// Two sets of boxes that are valid between keys cannot be intersected at the keys, so the tighter
-// set is taken as it is.
+// Tightens the boxes of motion transforms above a structure without motion to the united bounds of
+// its parts. Boxes that are valid between keys cannot be intersected at the keys, so the tighter of
+// the two sets is taken whole.
 SUNSTONE_INLINE void tightenAtKeys(const BuildJob& job, uint32_t index) {
     const KeyBounds* const keys = keyBoxesOf(job, index);
     KeyBounds* const tight = tightBoxesOf(job, index);
     const InstanceRecord& record = at<InstanceRecord>(job.instances)[index];
     uint64_t handle = record.child;
-    while (isTransformTag(handle & devlib::kTagMask)) // childBounds() has been here
+    while (isTransformTag(handle & devlib::kTagMask)) // childBounds() has checked the chain
         handle = childOf(handle);
     const BlockHeader& header = *at<const BlockHeader>(handle & ~devlib::kTagMask);
     float area = 0, tightArea = __builtin_inff();
@@ -431,8 +431,8 @@ SUNSTONE_INLINE void tightenAtKeys(const BuildJob& job, uint32_t index) {
             tight[k] = keys[k];
 }
 
-// Fills the boxes at the keys, which contain the instance between them too
-// (bvh/motion/motion_bounds.h), and sums up those for nodes. `box` is the one for all times.
+// Fills the boxes at the keys, which also contain the instance between the keys
+// (bvh/motion/motion_bounds.h), and sums up the boxes for nodes. `box` is the box for all times.
 SUNSTONE_INLINE bool describeAtKeys(const BuildJob& job, uint32_t index, const Bounds& box,
                                     Bounds& exact, KeySum& sum) {
     KeyBounds* const keys = keyBoxesOf(job, index);
@@ -464,8 +464,8 @@ SUNSTONE_INLINE bool describeAtKeys(const BuildJob& job, uint32_t index, const B
     return true;
 }
 
-// The instances that a kernel reads: in a structure without motion keys those without motion
-// transforms, or those with them; in one with motion keys all.
+// The instances that a kernel reads: in a structure without motion keys, those without (kStill) or
+// with (kMotion) motion transforms; in a structure with motion keys, all (kKeys).
 enum class Way { kStill, kMotion, kKeys };
 
 // Reads an instance: its record and boxes. False if it is inactive or left for later, else `exact`
@@ -540,7 +540,7 @@ SUNSTONE_INLINE void readMovingInstances(BuildJob& job) {
     countReferences(job, found, numActive);
 }
 
-// The instances that sunstone_instances leaves.
+// Reads the instances that sunstone_instances leaves for later.
 SUNSTONE_KERNEL sunstone_left_instances(BuildJob job) {
     if (countersOf(job).leftInstances)
         readMovingInstances<Way::kMotion>(job);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The argument of all builder kernels. A job holds places in the caller's temp and output buffers,
-// all known on the host before the build; counts that depend on data are in Counters, on the
+// The argument of all builder kernels. A job has places in the caller's temp and output buffers,
+// all known on the host before the build. Counts that depend on data are in Counters, on the
 // device.
 #pragma once
 
@@ -14,22 +14,22 @@ constexpr uint32_t kSortTile = kSortThreads * kSortItems;
 constexpr uint32_t kSortDigits = 256;
 constexpr uint32_t kSortPasses = 6;
 
-// Builds of at most so many references are made by one block of so many threads (small.h): with
-// more, many blocks are faster (docs/notes/builders-gpu.md has figures). Clusters take a block
-// longer than the radix tree, and so do many nodes; the limit for nodes is an estimate.
+// Limits of builds by one block (small.h), and its threads: above so many references, many blocks
+// are faster (docs/notes/builders-gpu.md has figures). Clustering takes one block longer than the
+// radix tree, so its limit is lower; the limit of nodes is an estimate.
 constexpr uint32_t kSmallMost = 2048, kSmallMostClustered = 1024, kSmallMostNodes = 640;
 constexpr uint32_t kSmallThreads = 512;
-// Shared memory that keeps all of a job's scratch.
+// The shared memory that all of a job's scratch takes.
 constexpr uint64_t smallTreeBytes(uint64_t references, uint64_t nodes) {
     constexpr uint64_t kArrays = 9, kReference = 84, kNode = 12, kRounding = 15;
     return references * kReference + nodes * kNode + kArrays * kRounding;
 }
 
-// Morton codes: this many bits for each axis.
+// Bits of a Morton code for each axis.
 constexpr uint32_t kAxisBits = 16;
 
-// A reference to a node of the binary tree: how many primitives are below (1 to 3; 0: more) and,
-// for one, which primitive, else which node.
+// A reference in the binary tree: the number of primitives below (1 to 3; 0: more) and the number
+// of the primitive, if there is one, or of the node.
 constexpr uint32_t kRefCountShift = 30;
 constexpr uint32_t kRefIndexMask = (1u << kRefCountShift) - 1;
 constexpr uint32_t kNoRef = ~0u;
@@ -64,7 +64,7 @@ struct DeviceInput {
     uint32_t radiusStride;             // of curves and spheres; 0: one radius for all
     uint64_t radii;
     uint32_t caps; // flat discs at the ends of strands
-    // Opacity micromaps as in MicromapInput; the array, and indices for each triangle.
+    // Opacity micromaps as in MicromapInput: the array, and indices for each triangle.
     uint32_t micromapIndexing;
     uint64_t micromaps, micromapIndices;
     uint32_t micromapIndexSize, micromapIndexStride, micromapIndexOffset;
@@ -73,14 +73,14 @@ struct DeviceInput {
 
 // Bins of the priorities by which triangles are split: exponent and three bits of mantissa.
 constexpr uint32_t kSplitBins = 2048;
-// Factors that are tried for the number of splits.
+// The number of factors tried for the number of splits.
 constexpr uint32_t kSplitFactors = 33;
 
-// Failures that kernels report to the host in a BuildReport: an internal error (the structure then
-// has no magic number); an update of a structure built from inputs of another shape; a relocation
-// of memory that is not a copy (it stays unchanged, as do micromaps whose new array is not a copy
-// of theirs); invalid opacity micromaps (no structure or array is then made); invalid children of
-// instances.
+// Failures that kernels report to the host in a BuildReport, in this order: an internal error (the
+// structure has no magic number); an update of a structure built from inputs of another shape; a
+// relocation of memory that is not a copy (the memory stays unchanged, as do micromaps whose new
+// array is not a copy of theirs); invalid opacity micromaps (no structure or array is made);
+// invalid children of instances.
 enum BuildFailure : uint32_t {
     kNoFailure,
     kTreeBroken,
@@ -106,7 +106,7 @@ struct RelocateJob {
     BlockType type;
 };
 
-// In host memory that kernels write: a ring of failures.
+// A ring of failures in host memory that kernels write.
 struct BuildReport {
     struct Entry {
         uint64_t block;
@@ -126,20 +126,20 @@ struct Counters {
     uint32_t lower[3];          // of the active primitives: maxima of ~orderedBits
     uint32_t upper[3];          // maxima of orderedBits
     uint64_t allocated;         // wide nodes given out, and above 32 bits primitive records
-    uint32_t nextTask;          // wide nodes taken up
+    uint32_t nextTask;          // taken wide nodes
     uint32_t depth;             // of the wide tree
     uint32_t root;              // reference plus 1
-    uint32_t tooDeep;           // the clustered tree is; a second one replaces it
+    uint32_t tooDeep;           // the clustered tree is too deep; a second tree replaces it
     uint32_t finished;          // wide nodes written
     uint32_t failure;           // BuildFailure
     uint32_t numReferences;     // primitives, and further parts of those that were split
-    uint32_t numTreeReferences; // of them, those that the tree holds
+    uint32_t numTreeReferences; // the part of them that the tree holds
     float splitFactor;
     uint32_t leftInstances;   // some are left to the motion kernel (instances.h)
     uint32_t unknownChildren; // one has been reported to the host
     uint32_t sharesRecords;   // leaves share triangles, see shared_records.h
     uint32_t pad3[2];
-    // Updates use none of the following.
+    // Updates do not use the following members.
     uint32_t sortTickets[kSortPasses];
     uint32_t retryTurns[2][2]; // parts of each step of sunstone_retry: taken up, done
     uint32_t pad2[2];
@@ -153,11 +153,11 @@ struct Counters {
 };
 constexpr uint64_t kUpdateCounters = __builtin_offsetof(Counters, sortTickets);
 
-// How a binary tree is made and which nodes are opened. PREFER_FAST_BUILD uses the radix tree of
-// the Morton codes unchanged and opens the largest nodes. With hostile input both kinds of trees
-// may be too deep for traversal. Only then sunstone_retry makes the radix tree (48 bits, and 30 of
-// the place) and opens it level by level, which takes at least three of its levels for one of wide
-// nodes: 26 at most.
+// The kind of binary tree and the rule by which its nodes are opened. PREFER_FAST_BUILD uses the
+// radix tree of the Morton codes unchanged and opens the largest nodes. With hostile input both
+// kinds may be too deep for traversal. Only then sunstone_retry makes the radix tree (48 bits of
+// code and 30 of the place) and opens it level by level: a level of wide nodes takes at least three
+// of its levels, so the depth is at most 26.
 enum TreeMode : uint32_t { kClustered, kRadix, kRadixByLevel };
 
 // Bytes between parts of the output, which are aligned to 128 or less.
@@ -168,14 +168,14 @@ constexpr uint32_t kMaxGaps = 6;
 
 struct BuildJob {
     uint64_t report; // BuildReport
-    uint64_t known;  // the handles that lead somewhere, see known_handles.h
+    uint64_t known;  // the valid handles, see known_handles.h
     uint64_t output, compacted;
     uint64_t inputRecords, table, instances, records, nodes; // in the output; table: or 0
     uint64_t inputs;                                         // DeviceInput[]
     uint64_t counters;
     uint64_t boxes; // PrimitiveBox of each reference
-    // The primitive of each further reference after the whole ones; for curves the piece of each
-    // reference.
+    // The primitive of each further reference, after those of whole primitives; for curves the
+    // piece of each reference.
     uint64_t origins;
     uint64_t keys[2]; // 64 bits each
     uint64_t values[2];
@@ -185,19 +185,19 @@ struct BuildJob {
     uint64_t parents;    // one word for each reference, ~0; of updates: of each wide node
     uint64_t tasks;      // for each wide node its reference, and above 32 bits its depth; ~0
     uint64_t order;      // reference of each primitive record
-    // How the tree is arranged (arrange.h): each wide node's parent; nodes, at the first key, and
-    // the same as `order`, in places that follow from the tree.
+    // For arrange.h: each wide node's parent; then the nodes, at the first key, and `order`, both
+    // in places that depend only on the tree.
     uint64_t links, newNodes, newOrder;
-    // Of updates: the required header and input records, and their bytes.
+    // For updates: the required header and input records, and their bytes.
     uint64_t expected, outputSize;
     uint64_t nodeBoxes; // PrimitiveBox of each wide node, with motion at each key
     uint64_t arrivals;  // children of each wide node that are done
     uint32_t numInputs, numPrimitives, maxReferences, maxWide;
     BlockType type;
     uint32_t keepInactive; // inactive primitives are in the tree, as an update may change that
-    float primitiveCost;   // of a test, where a step into a node costs 1
-    // Curves and spheres. A segment has up to `pieces` references: that of the whole, and others
-    // behind all of those.
+    float primitiveCost;   // cost of a test, relative to a step into a node
+    // Curves and spheres. A segment has up to `pieces` references: one for the whole segment and
+    // further ones, which follow those of all segments.
     uint64_t points; // in the output, or 0
     uint32_t shape, pieces;
     Gap gaps[kMaxGaps]; // of the output

@@ -15,7 +15,7 @@
 
 namespace sunstone::bvh::gpu {
 
-// The header while an array is being built: 1 if it will be one.
+// A header word during the build of an array: 1 while the array is valid.
 SUNSTONE_INLINE uint32_t& goesWell(const MicromapJob& job) {
     return at<MicromapArrayHeader>(job.output)->pad[0];
 }
@@ -33,7 +33,8 @@ SUNSTONE_INLINE DeviceMicromap readMicromap(const MicromapJob& job, uint32_t i) 
     return {words[0], words[1] & 0xFFFFu, MicromapFormat(words[1] >> 16)};
 }
 
-// Takes a description out of those that the histogram counts: its bytes of states, or 0.
+// Subtracts a description from the histogram's counts. Returns its bytes of states, or 0 if the
+// histogram does not count it.
 SUNSTONE_INLINE uint32_t countMicromap(const MicromapJob& job, const DeviceMicromap& m,
                                        uint32_t* left) {
     const bool two = m.format == MicromapFormat::kTwoState;
@@ -63,7 +64,7 @@ SUNSTONE_KERNEL __launch_bounds__(kSortThreads) sunstone_micromap_refs(MicromapJ
             if (bytes == 0)
                 atomicExch(&bad, 1u);
         }
-        // Of a tile, 256 of up to 4 MiB.
+        // Sums within a tile of 256 micromaps, each of up to 4 MiB.
         const uint32_t place = sumBefore(bytes, warpSums);
         if (bytes)
             refsOf(job)[i] = makeMicromapRef(before + place, m.level, m.format);
@@ -150,7 +151,7 @@ SUNSTONE_KERNEL sunstone_micromaps(BuildJob given) {
     }
 }
 
-// One thread. The host's rules are those of bvh::relocateMicromaps.
+// Runs with one thread, by the rules of bvh::relocateMicromaps.
 SUNSTONE_KERNEL sunstone_relocate_micromaps(uint64_t block, uint64_t report, uint32_t input,
                                             uint64_t array) {
     const BlockHeader& header = *at<const BlockHeader>(block);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Primitives with motion keys: whether they are active, by the CPU's rules
-// (bvh/motion/motion_input.h), their boxes for the tree, which are the means of those at the keys,
-// and their records.
+// Primitives with motion keys: the test whether they are active, by the CPU's rules
+// (bvh/motion/motion_input.h), their boxes for the tree, which are the means of the boxes at the
+// keys, and their records.
 #pragma once
 
 #include "bvh/gpu/build/references.h"
@@ -9,7 +9,7 @@
 
 namespace sunstone::bvh::gpu {
 
-// The boxes of a primitive at the keys, united and as a mean.
+// The union and the mean of a primitive's boxes at the keys.
 struct KeySum {
     Bounds all;
     double lower[3], upper[3];
@@ -43,7 +43,7 @@ SUNSTONE_INLINE DeviceInput atKey(const DeviceInput& input, uint32_t key) {
     return here;
 }
 
-// bvh::TriangleCheck: usable at all keys, with an area at one or between two.
+// As bvh::TriangleCheck: usable at all keys, with an area at one key or between two keys.
 SUNSTONE_INLINE bool readMovingTriangle(const DeviceInput& input, uint32_t triangle, uint32_t keys,
                                         KeySum& sum) {
     float v[9], previous[9];
@@ -96,7 +96,7 @@ SUNSTONE_KERNEL sunstone_moving_references(BuildJob job) {
     countReferences(job, found, numActive);
 }
 
-// As writeRecord in finish.h; `exact` holds all keys.
+// As writeRecord in finish.h; `exact` contains the primitive at all keys.
 SUNSTONE_INLINE bool writeMovingRecord(const BuildJob& job, uint32_t place, InputPlace from,
                                        bool mayBeInactive, Bounds& exact) {
     const DeviceInput& input = at<const DeviceInput>(job.inputs)[from.input];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves and spheres with motion keys: as shapes.h, at every key. Which are active, and the pieces
-// they are split into (by the first key), follow the CPU (bvh/shapes/shape_input.h,
+// Curves and spheres with motion keys: as shapes.h, at every key. The rules for active primitives
+// and for pieces (by the first key) are those of the CPU (bvh/shapes/shape_input.h,
 // shape_build.cpp).
 #pragma once
 
@@ -9,8 +9,8 @@
 
 namespace sunstone::bvh::gpu {
 
-// Stores all keys in the array of points, if any. False if the primitive is inactive at one of
-// them; else `all` bounds it at all of them.
+// Stores the points of all keys in the array of points, if any. False if the primitive is inactive
+// at a key; else `all` bounds it at all keys.
 SUNSTONE_INLINE bool readMovingIntoPoints(const BuildJob& job, const ShapePlace& from,
                                           Bounds& all) {
     bool active = true;
@@ -65,7 +65,7 @@ SUNSTONE_INLINE void movingRows(const ShapePoints& shape, uint32_t word, float r
     }
 }
 
-// As writeShapeRecord, at all keys. Between them a curve may take any form.
+// As writeShapeRecord, at all keys. Between keys a curve may take any form.
 SUNSTONE_INLINE bool writeMovingShapeRecord(const BuildJob& job, uint32_t place, uint32_t word,
                                             Bounds& exact) {
     const ShapePlace from = placeOfShape(job, word);

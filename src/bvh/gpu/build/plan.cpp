@@ -16,7 +16,7 @@
 namespace sunstone::bvh::gpu {
 namespace {
 
-// Device code and host code agree on this.
+// Host and device code rely on these sizes.
 static_assert(sizeof(BuildJob) < 4096 && sizeof(Counters) % 16 == 0);
 
 uint32_t vertexSize(VertexFormat format) {
@@ -33,8 +33,8 @@ uint32_t vertexSize(VertexFormat format) {
     }
 }
 
-// Keeps the addresses of an input's data at the keys. Returns the address of the first if all are
-// given, else 0.
+// Stores the addresses of an input's data at the keys. Returns the first address if all are given,
+// else 0.
 uint64_t addKeys(const void* const* data, std::span<uint64_t> to) {
     bool complete = data != nullptr;
     for (size_t k = 0; k < to.size(); ++k) {
@@ -44,7 +44,7 @@ uint64_t addKeys(const void* const* data, std::span<uint64_t> to) {
     return complete ? to[0] : 0;
 }
 
-// Of curves and spheres: positions, then radii.
+// Adds the keys of curves and spheres: positions, then radii.
 void addKeys(DeviceInput& d, const void* const* data, const void* const* radii,
              std::span<uint64_t> to) {
     if (to.empty())
@@ -53,7 +53,7 @@ void addKeys(DeviceInput& d, const void* const* data, const void* const* radii,
     d.radii = addKeys(radii, to.last(to.size() / 2));
 }
 
-// Addresses of an input's data at the keys, if there are several.
+// The number of addresses of an input's data at the keys; 0 without motion.
 uint64_t numKeyAddresses(const Plan& plan) {
     if (plan.motion.keys == 1 || plan.type == BlockType::kInstances)
         return 0;
@@ -129,9 +129,9 @@ DeviceInput describe(const InstanceInput& in) {
     return d;
 }
 
-// References that splitting may add at most, within 100 bytes of scratch a triangle: each takes 41,
-// each part of a triangle 4 more, and there are what small structures take at least. Kernels choose
-// the actual number (presplit.h). Never fewer for more triangles.
+// The most references that splitting may add within 100 bytes of scratch per triangle. A reference
+// takes 41 bytes, a part of a triangle 4 more, and small structures have a fixed minimum. Kernels
+// choose the actual number (presplit.h). The result never decreases with the number of triangles.
 uint64_t splitBudget(uint64_t triangles) {
     constexpr uint64_t kSmall = 220;
     const uint64_t most = maxSplits(triangles);
@@ -155,7 +155,7 @@ Plan::Plan(const BuildInputs& in, const BuildOptions& options) {
         requireOneShape(in);
         numInputs = numShapeInputs(in);
         shape = shapeOf(in);
-        // Pieces that an update makes larger would overlap.
+        // With updates a segment has one piece, because updated pieces could overlap.
         pieces = options.allowUpdate ? 1 : maxPieces(shape, options);
     } else if (type != BlockType::kInstances) {
         numInputs = uint32_t(std::max(in.triangles.size(), in.customs.size()));
@@ -198,7 +198,7 @@ void Plan::count(const BuildInputs& in) {
     if (isCurveBasis(shape) && total >= kMaxCurveSegments)
         fail(Code::kInvalidValue, total, " segments in one structure, the limit is ",
              kMaxCurveSegments - 1);
-    // References have 30 bits, and all ones mean none.
+    // References have 30 bits, and all ones means none.
     if (total >= kMaxPrimitives)
         fail(Code::kInvalidValue, total, " primitives in one structure, the limit is ",
              kMaxPrimitives - 1);
@@ -207,7 +207,8 @@ void Plan::count(const BuildInputs& in) {
 }
 
 void Plan::countReferences(const BuildOptions& options) {
-    // Updates and motion need one place for each primitive; parts of a triangle could separate.
+    // Updates and motion need one place for each primitive, because the parts of a triangle could
+    // move apart.
     uint64_t total = numPrimitives;
     if (type == BlockType::kTriangles && options.preferFastTrace && !options.allowUpdate &&
         motion.keys == 1)
@@ -219,9 +220,9 @@ void Plan::countReferences(const BuildOptions& options) {
         total = kMaxPrimitives - 1;
     maxReferences = uint32_t(total);
     tiles = (maxReferences + kSortTile - 1) / kSortTile;
-    // A node whose primitives do not fit into its slots has eight children. By induction there
-    // are no more than (2 n - 1) / 7 nodes where an inner child has four primitives or more, (4
-    // n - 1) / 7 where it has two or more.
+    // A node whose primitives do not fit into its slots has eight children. By induction there are
+    // at most (2 n - 1) / 7 nodes if an inner child has at least four primitives, and (4 n - 1) / 7
+    // if it has at least two.
     const uint64_t least = type == BlockType::kTriangles ? 2 : 4;
     maxWide = uint32_t(least * total / 7 + 1);
 }
@@ -255,8 +256,8 @@ void Plan::layOutOutput(const BuildOptions& options) {
     if (maySplit()) // few parts more, which share triangles
         bytes = std::max(bytes, numPrimitives * record + 128 + sharedNumbers(maxReferences));
     records = place(bytes, 128);
-    // With this margin, data that fits among the records of n primitives also fits among those of
-    // more, so that more primitives never need less scratch.
+    // With this margin, data that fits among the records of n primitives also fits among the
+    // records of more primitives, so that more primitives never need less scratch.
     constexpr uint64_t kRounding = 512;
     nodes = alignUp(offset + kRounding, 128);
     outputSize = alignUp(nodes + maxWide * nodeSize(motion.keys), kBlockAlignment);
@@ -288,7 +289,7 @@ void Plan::layOutTemp() {
     tileStates = place(uint64_t(kSortPasses) * tiles * kSortDigits * 4);
     keyWords = place(moves ? uint64_t(motion.keys) * sizeof(KeyBounds) : 0);
     arrivals = place(moves ? uint64_t(maxWide) * 4 : 0);
-    tasks = place(uint64_t(maxWide) * 8); // and what is set to ones with them
+    tasks = place(uint64_t(maxWide) * 8); // and other data set to ones
     if (!maySplit())
         parents = {place(n * 4), false};
     // Data read while records are written must not overlap them.
@@ -300,11 +301,11 @@ void Plan::layOutTemp() {
     keys[1] = placeAnywhere(n * 8);
     values[0] = placeAnywhere(n * 4);
     if (maySplit())
-        parents = placeAnywhere(n * 4); // set to ones where it is, if not with the tasks
+        parents = placeAnywhere(n * 4); // set to ones separately, if not beside the tasks
     savings = keys[1];                  // free after the sort
     order = values[1];                  // and this after the tree
-    // Free when the tree is collapsed: sums of the sort, the clusters' wait words or the keys, and
-    // all from the boxes on, which for triangles is enough.
+    // Memory that is free when the tree is collapsed: sums of the sort, the clusters' wait words or
+    // the keys, and everything from the boxes on, which suffices for triangles.
     static_assert(kSortPasses * kSortDigits >= kSortTile * 4 / 7 + 2); // words of a tile
     links = tileStates;
     newOrder = (maySplit() ? keys[0] : parents).offset;

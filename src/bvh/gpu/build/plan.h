@@ -25,7 +25,8 @@ struct Plan {
     // Of the output.
     uint64_t table = 0, micromaps = 0, instances = 0, keyBounds = 0, points = 0, records, nodes,
         outputSize;
-    // Scratch: places in the temp buffer, or in the output buffer where records will be.
+    // Places of scratch data: in the temp buffer, or in the part of the output buffer where records
+    // follow later.
     struct Place {
         uint64_t offset = 0;
         bool inOutput = false;
@@ -38,7 +39,7 @@ struct Plan {
     uint64_t links, newNodes, newOrder;
     Gap gaps[kMaxGaps] = {};
 
-    // Throws Error(kInvalidValue) as Builder::computeMemoryUsage says.
+    // Throws Error(kInvalidValue) as Builder::computeMemoryUsage does.
     Plan(const BuildInputs& in, const BuildOptions& options);
 
     const SbtInput& sbtOf(const BuildInputs& in, uint32_t i) const;
@@ -64,10 +65,10 @@ struct UpdatePlan {
     explicit UpdatePlan(const Plan& plan);
 };
 
-// The bytes that the host writes into the buffers before kernels run: the header and records of the
-// inputs (and of their micromaps) into the output (an update compares them with the present ones);
-// DeviceInput[], addresses of the data at motion keys and geometry flags into the temp buffer, at
-// the address `base`.
+// The bytes that the host writes into the buffers before kernels run. Into the output: the header
+// and the records of the inputs and of their micromaps (an update compares them with the present
+// ones). Into the temp buffer, at the address `base`: DeviceInput[], addresses of the data at
+// motion keys, and geometry flags.
 struct Uploads {
     std::vector<uint8_t> output, temp;
     std::vector<MicromapRecord> micromaps; // for Plan::micromaps

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Between the boxes and the codes, for PREFER_FAST_TRACE: splits references to long thin triangles,
-// by the rules of the CPU's builder (bvh/build/presplit.h). The number of splits of a triangle is
-// its priority times a factor: the largest for which all splits have room. A histogram of the
-// priorities gives it roughly; then the splits of factors around it are counted. The places of a
-// triangle's parts are prefix sums, so that builds are repeatable.
+// A step between the boxes and the codes, for PREFER_FAST_TRACE: splits references to long thin
+// triangles, by the rules of the CPU's builder (bvh/build/presplit.h). The number of splits of a
+// triangle is its priority times the largest factor for which all splits have room. A histogram of
+// the priorities gives this factor roughly; then kernels count the splits of factors near it. The
+// places of a triangle's parts are prefix sums, so that builds are repeatable.
 #pragma once
 
 #include "bvh/build/split_measure.h"
@@ -13,17 +13,18 @@
 namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kSplitThreads = 256;
-// Splits are skipped where the boxes of long thin triangles are a smaller share than this of the
+// No triangle is split if the boxes of long thin triangles have less than 1 / kLeastShare of the
 // area of all boxes, as among random triangles: rays would not gain.
 constexpr uint64_t kLeastShare = 8;
-// Where at most one of so many triangles is split, leaves hold records of their triangles, which
-// rays reach faster; else they share them.
+// If at most one of so many triangles is split, leaves hold records of their triangles, which rays
+// reach faster; else leaves share records.
 constexpr uint32_t kFewSplits = 16;
 
 SUNSTONE_INLINE uint32_t splitBlocks(const BuildJob& job) {
     return (job.numPrimitives + kSplitThreads - 1) / kSplitThreads;
 }
-// Priority with the limit in its last 5 bits; then the number of splits. And sums of blocks.
+// For each triangle its priority with the limit in the last 5 bits, later its number of splits;
+// then sums of blocks.
 SUNSTONE_INLINE uint32_t* splitWords(const BuildJob& job) {
     return at<uint32_t>(job.keys[1]);
 }
@@ -56,7 +57,7 @@ SUNSTONE_INLINE SplitShare measureTriangle(const BuildJob& job, uint32_t primiti
     const SplitShare whole = {0, m.box, 0};
     if (flags & kGeometryRequireSingleAnyHit || !isWorthSplitting(m))
         return whole;
-    // The cube root, scaled into the range of floats: only its proportions matter.
+    // The cube root, scaled into the range of floats, because only ratios of priorities matter.
     const float excess = float(m.box - m.need);
     if (!(excess > 0) || excess > 3e38f)
         return whole;
@@ -64,7 +65,8 @@ SUNSTONE_INLINE SplitShare measureTriangle(const BuildJob& job, uint32_t primiti
     return {(bitsOf(root) & ~31u) | splitLimit(m), m.box, m.box - m.need};
 }
 
-// From areas to integers, whose sums do not depend on their order: 2^32 is the area of the scene.
+// The scale from areas to integers, whose sums do not depend on the order: 2^32 is the area of the
+// scene.
 SUNSTONE_INLINE double areaUnits(const Counters& counters) {
     double size[3];
     for (int a = 0; a < 3; ++a)
@@ -114,8 +116,8 @@ SUNSTONE_INLINE uint32_t splitsOf(float priority, float factor, uint32_t limit) 
     return splits < float(limit) ? uint32_t(splits) : limit;
 }
 
-// The same for a primitive: up to a quarter of a split more, so that some of many equal triangles
-// are split where there is no room to split all.
+// The number of splits of a primitive: up to a quarter of a split more, so that some of many equal
+// triangles are split if there is no room to split all.
 SUNSTONE_INLINE uint32_t splitsOf(uint32_t primitive, uint32_t word, float factor) {
     const float more = mul(float(primitive * 2654435769u >> 8), 0x1p-26f);
     const float splits = add(mul(floatOf(word & ~31u), factor), more);
@@ -123,9 +125,9 @@ SUNSTONE_INLINE uint32_t splitsOf(uint32_t primitive, uint32_t word, float facto
     return splits < float(limit) ? uint32_t(splits) : limit;
 }
 
-// How many splits there may be. The more boxes a ray meets, the fuller are the nodes, and the more
-// parts are within 80 bytes a triangle (docs/acceleration.md): 0.7 for each triangle where the long
-// thin ones' boxes have the area of the scene, and 0.05 more whenever it doubles.
+// The largest number of splits. The more boxes a ray meets, the fuller are the nodes, and the more
+// parts fit into 80 bytes per triangle (docs/acceleration.md): 0.7 per triangle if the boxes of the
+// long thin triangles have the area of the scene, and 0.05 more whenever this area doubles.
 SUNSTONE_INLINE uint64_t splitBudget(const BuildJob& job) {
     const uint64_t room = job.maxReferences - job.numPrimitives;
     const int doubled = 31 - __clzll((long long)(countersOf(job).splitAreas));
@@ -169,13 +171,13 @@ SUNSTONE_KERNEL sunstone_split_choose(BuildJob job) {
     }
 }
 
-// The first is 0, the others are around what the histogram gives.
+// The factors to try: the first is 0, the others are near the histogram's factor.
 SUNSTONE_INLINE float splitFactor(const Counters& counters, uint32_t number) {
     const float share = add(0.5f, mul(float(number), 1.5f / (kSplitFactors - 1)));
     return number == 0 ? 0.0f : mul(counters.splitFactor, share);
 }
 
-// How many splits there are with each factor.
+// Counts the splits for each factor.
 SUNSTONE_KERNEL __launch_bounds__(kSplitThreads) sunstone_split_try(BuildJob job) {
     Counters& counters = countersOf(job);
     if (counters.splitFactor == 0)
@@ -234,8 +236,8 @@ SUNSTONE_KERNEL __launch_bounds__(kSplitThreads) sunstone_split_count(BuildJob j
         splitSums(job)[blockIdx.x] = sum;
 }
 
-// One block of kSplitThreads: sums of blocks become where their parts begin. The bins are cleared
-// for the sort, which counts in their place.
+// One block of kSplitThreads turns the sums of blocks into the start of their parts. It clears the
+// bins, because the sort counts in their place.
 SUNSTONE_KERNEL __launch_bounds__(kSplitThreads) sunstone_split_sum(BuildJob job) {
     __shared__ uint32_t warpSums[kSplitThreads / 32];
     __shared__ uint32_t last;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// First step of a build: the box of each primitive, and bounds and number of the active ones.
+// First step of a build: the box of each primitive, and the bounds and number of active primitives.
 // Vertices and the rules for active primitives are those of the CPU (bvh/input/build_input.h).
 // Instances have their own kernels (instances.h), and so have primitives with motion keys
 // (motion_references.h).
@@ -16,7 +16,7 @@ SUNSTONE_INLINE bool isUsable(float a) {
     return a >= -kLargestCoordinate && a <= kLargestCoordinate;
 }
 
-// The build input of a primitive, counted over all inputs.
+// The build input of a primitive that is numbered over all inputs.
 SUNSTONE_INLINE uint32_t inputOfPrimitive(const BuildJob& job, uint32_t primitive) {
     const InputRecord* const records = at<const InputRecord>(job.inputRecords);
     uint32_t low = 0, high = job.numInputs;
@@ -125,7 +125,7 @@ SUNSTONE_INLINE bool readVertices(const DeviceInput& input, uint32_t triangle, f
     return true;
 }
 
-// Differences of floats are not exact in double, but the same as on the CPU.
+// Differences of floats are not exact in double, but equal those of the CPU.
 SUNSTONE_INLINE bool hasArea(const float v[9]) {
     double a[3], b[3];
     for (int i = 0; i < 3; ++i) {
@@ -179,7 +179,7 @@ SUNSTONE_INLINE bool readBox(const BuildJob& job, uint32_t primitive, Bounds& bo
     return true;
 }
 
-// The box in nodes of an active primitive with this box.
+// The padded box for nodes of an active primitive with this box.
 SUNSTONE_INLINE Bounds padBounds(const Bounds& box) {
     const float size =
         larger(larger(sub(box.upper[0], box.lower[0]), sub(box.upper[1], box.lower[1])),
@@ -204,7 +204,7 @@ SUNSTONE_INLINE void storeBox(const BuildJob& job, uint32_t primitive, bool acti
     }
 }
 
-// Adds the findings of a block's threads to the counters; all of its threads take part.
+// Adds the results of a block's threads to the counters. All threads of the block must call.
 SUNSTONE_INLINE void addToCounters(const BuildJob& job, const Bounds& found, uint32_t active) {
     __shared__ uint32_t most[7];
     if (threadIdx.x < 7)
@@ -242,7 +242,8 @@ SUNSTONE_INLINE void addToCounters(const BuildJob& job, const Bounds& found, uin
     }
 }
 
-// The same at the end of a build's first step: without splits, references are primitives.
+// As addToCounters(), at the end of a build's first step. Without splits, references are
+// primitives.
 SUNSTONE_INLINE void countReferences(const BuildJob& job, const Bounds& found, uint32_t active) {
     addToCounters(job, found, active);
     if (globalThread() == 0) {

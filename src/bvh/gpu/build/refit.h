@@ -7,9 +7,9 @@
 //   update_nodes    eight lanes make a node, one each slot. The lanes that complete a node's last
 //                   child continue with the node, as in the build, without waiting. And the header
 //
-// Every box is a minimum and maximum over the same numbers in any order of the threads, so that
-// equal input gives equal bytes; an update from the input of the build gives the nodes and records
-// of the build.
+// Every box is a minimum and maximum over the same numbers for any order of the threads, so equal
+// input gives equal bytes. An update from the input of the build gives the nodes and records of the
+// build.
 //
 // A kind of primitives provides:
 //   updateRecord    writes a record from its own SBT index and primitive index, or returns that the
@@ -29,7 +29,7 @@ namespace sunstone::bvh::gpu {
 
 constexpr uint32_t kRefitThreads = 256;
 
-// The host has the same rules: Builder::checkUpdate.
+// Builder::checkUpdate has the same rules on the host.
 SUNSTONE_INLINE bool isExpected(const BuildJob& job, const BlockHeader& is,
                                 const BlockHeader& wanted) {
     return is.magic == kGpuBlockMagic && is.version == wanted.version && is.type == wanted.type &&
@@ -208,7 +208,7 @@ SUNSTONE_INLINE uint64_t nodeBoxAt(const BuildJob& job, uint32_t index, uint32_t
     return job.nodeBoxes + (uint64_t(index) * job.motionKeys + key) * sizeof(PrimitiveBox);
 }
 
-// Builds with motion; updates do it together with their records.
+// For builds with motion; updates link nodes together with their records.
 SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_links(BuildJob given) {
     if (!countersOf(given).failure)
         linkNodes(inStructure(given));
@@ -227,7 +227,7 @@ SUNSTONE_INLINE uint32_t metaOf(const NodeHead& head, uint32_t slot) {
     return (slot < 4 ? head.meta[0] : head.meta[1]) >> 8 * (slot % 4) & 0xFFu;
 }
 
-// The box of a slot now, and its meta byte, which depends on whether the slot is active.
+// The present box of a slot and its meta byte, which depends on whether the slot is active.
 template <bool kMotion>
 SUNSTONE_INLINE Bounds refitSlot(const BuildJob& job, const NodeHead& node, uint32_t slot,
                                  uint32_t key, uint32_t numNodes, uint32_t numRecords,
@@ -263,7 +263,7 @@ struct RefitBoxes {
     uint32_t meta;
 };
 
-// Called by eight lanes, whose slots are their last three bits; all lanes of the warp take part.
+// Eight lanes make a node; a lane's slot is its last three bits. All lanes of the warp must call.
 // Stores the node's box for its parent.
 template <bool kMotion>
 SUNSTONE_INLINE RefitBoxes refitBoxes(const BuildJob& job, uint32_t index, const NodeHead& head,
@@ -301,7 +301,7 @@ SUNSTONE_INLINE void storePlanes(const NodeHead& head, const RefitBoxes& boxes, 
             node.exponents[a] = uint8_t(exponent);
         }
     }
-    if (slot == 0) { // later keys have it from the first
+    if (slot == 0) { // the first key has set it for all keys
         node.innerMask = uint8_t(head.innerMask);
         node.childBase = head.childBase;
         node.primitiveBase = head.primitiveBase;
@@ -346,7 +346,7 @@ SUNSTONE_INLINE void updateNodes(const BuildJob& job) {
                        uint32_t(__popc(above.innerMask));
                 fence();
             }
-            if (!kMotion && active) // not waited for
+            if (!kMotion && active) // needs no wait
                 storePlanes(head, boxes, wideNode(job, index));
             active = __shfl_sync(kWholeWarp, last, int(lane & ~7u));
             index = parent;
@@ -356,7 +356,7 @@ SUNSTONE_INLINE void updateNodes(const BuildJob& job) {
     }
 }
 
-// The header of an update; its records are complete.
+// Writes the header of an update, after the records.
 SUNSTONE_INLINE void finishUpdate(const BuildJob& job) {
     const Counters& counters = countersOf(job);
     if (counters.failure)
@@ -381,8 +381,8 @@ SUNSTONE_KERNEL __launch_bounds__(kRefitThreads) sunstone_update_moving_nodes(Bu
 
 // ---- bounds at the keys -----------------------------------------------------------------------
 
-// Blocks share the keys among themselves. job.keyWords: for each key three maxima of ~orderedBits
-// and three of orderedBits, zeroed before.
+// Each block handles some of the keys. job.keyWords: for each key three maxima of ~orderedBits and
+// three of orderedBits, zeroed before.
 SUNSTONE_KERNEL sunstone_key_bounds(BuildJob given) {
     __shared__ uint32_t most[6];
     if (countersOf(given).failure)

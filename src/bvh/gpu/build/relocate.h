@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Relocation on GPUs: a kernel checks that the memory holds a copy of the structure that the
-// relocation info describes, and gives instances the handles of their moved children. Nothing else
-// in a block depends on its address (layout.h).
+// relocation info describes, and gives instances the handles of their moved children. No other part
+// of a block depends on its address (layout.h).
 #pragma once
 
 #include "bvh/gpu/build/finish.h"
@@ -34,9 +34,9 @@ SUNSTONE_KERNEL sunstone_relocate(RelocateJob job) {
         const uint64_t child = at<const uint64_t>(job.children)[i];
         if (!isTraversable(job, child)) {
             reportFailure(job.report, job.block, kNoChild);
-            continue; // keeps the one it has
+            continue; // keeps its handle
         }
-        // An instance that was never hit stays so: it has no place in the tree.
+        // An inactive instance stays inactive, because it has no place in the tree.
         records[i].child = child;
     }
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves and spheres: their first step, in place of sunstone_references, and their records. Which
-// are active, their boxes and their pieces follow the CPU (bvh/shapes/shape_geometry.h). Each
-// segment has references for the largest possible number of pieces; the unused ones are inactive.
+// Curves and spheres: their first step, in place of sunstone_references, and their records. The
+// rules for active primitives, boxes and pieces are those of the CPU (bvh/shapes/shape_geometry.h).
+// Each segment has references for the largest possible number of pieces; the unused ones are
+// inactive.
 #pragma once
 
 #include "bvh/gpu/build/references.h"
@@ -23,7 +24,8 @@ SUNSTONE_INLINE void readPoint(const DeviceInput& input, uint32_t vertex, float 
     to[3] = *at<const float>(input.radii + uint64_t(vertex) * input.radiusStride);
 }
 
-// Control points of a segment, or centre and radius; NaN, and false, where there are none.
+// Reads the control points of a segment, or a centre and radius. NaN, and false, if an index is
+// invalid.
 SUNSTONE_INLINE bool readShape(const BuildJob& job, const DeviceInput& input, uint32_t local,
                                float points[16]) {
     const uint32_t degree = isCurveBasis(job.shape) ? degreeOf(CurveBasis(job.shape)) : 0;
@@ -41,7 +43,7 @@ SUNSTONE_INLINE bool readShape(const BuildJob& job, const DeviceInput& input, ui
     return there;
 }
 
-// A strand continues where the next segment begins one vertex later.
+// A strand continues if the next segment begins one vertex later.
 SUNSTONE_INLINE uint32_t capFlags(const DeviceInput& input, uint32_t numSegments,
                                   uint32_t segment) {
     uint32_t here, other, flags = 0;
@@ -60,7 +62,7 @@ SUNSTONE_INLINE Bounds boxOfPiece(const ShapePoints& points, uint32_t word) {
     return box;
 }
 
-// Boxes and words of all references of a primitive; the number of those that are active.
+// Stores the boxes and words of all references of a primitive; returns the number of active ones.
 // boxOf(word) is the box of a piece.
 template <class BoxOf>
 SUNSTONE_INLINE uint32_t referToPieces(const BuildJob& job, uint32_t primitive, bool active,
@@ -83,7 +85,7 @@ SUNSTONE_INLINE uint32_t referToPieces(const BuildJob& job, uint32_t primitive, 
     return active ? pieces : 0;
 }
 
-// The word that names a sphere, or a piece of a curve (bvh/shapes/curves.h).
+// The word for a whole primitive: a sphere, or a curve in one piece (bvh/shapes/curves.h).
 SUNSTONE_INLINE uint32_t wholeShape(const BuildJob& job, uint32_t primitive) {
     return job.shape == kSphereShape ? primitive : pieceWord(primitive, 1);
 }
@@ -91,8 +93,8 @@ SUNSTONE_INLINE uint32_t wordOfReference(const BuildJob& job, uint32_t reference
     return job.shape == kSphereShape ? reference : at<const uint32_t>(job.origins)[reference];
 }
 
-// Reads the primitive at a key (that of `input`), and stores it in the array of points, if any.
-// False if it is inactive, else `exact` is the box of the whole primitive.
+// Reads the primitive at the key of `input`, and stores it in the array of points, if any. False if
+// it is inactive, else `exact` is the box of the whole primitive.
 SUNSTONE_INLINE bool readIntoPoints(const BuildJob& job, uint32_t primitive, uint32_t key,
                                     uint32_t local, const DeviceInput& input, float points[16],
                                     Bounds& exact) {
@@ -137,7 +139,7 @@ SUNSTONE_INLINE void storeCurve(U4* to, const float rows[8], uint32_t word, cons
     to[2] = U4{word, from.reported, from.sbt, from.capFlags | flags};
 }
 
-// As readIntoPoints; the record describes the piece only.
+// As readIntoPoints; also writes the record, which describes only the piece.
 SUNSTONE_INLINE bool writeShapeRecord(const BuildJob& job, uint32_t place, uint32_t word,
                                       Bounds& exact) {
     const ShapePlace from = placeOfShape(job, word);
@@ -156,7 +158,7 @@ SUNSTONE_INLINE bool writeShapeRecord(const BuildJob& job, uint32_t place, uint3
     return active;
 }
 
-// Adds the findings to the counters; numFurther: references that are not the first of a primitive.
+// Adds the results to the counters; numFurther: references that are not the first of a primitive.
 SUNSTONE_INLINE void countPieces(const BuildJob& job, const Bounds& found, uint32_t numActive,
                                  uint32_t numFurther) {
     addToCounters(job, found, numActive);
@@ -165,7 +167,7 @@ SUNSTONE_INLINE void countPieces(const BuildJob& job, const Bounds& found, uint3
         atomicAdd(&counters.numTreeReferences, numFurther);
     if (globalThread() == 0) {
         counters.numReferences = job.maxReferences;
-        if (job.keepInactive) // they are not split
+        if (job.keepInactive) // they are whole
             counters.numTreeReferences = job.numPrimitives;
     }
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles that several leaves refer to. Where PREFER_FAST_TRACE has split many triangles, each
+// Triangles to which several leaves refer. If PREFER_FAST_TRACE has split many triangles, each
 // triangle has one record, in the order of the inputs, and leaves hold numbers of triangles:
 //
 //   .. | TriangleRecord of each triangle | numbers of triangles, backwards | WideNode[]
 //
-// The numbers end where the nodes begin, so that a walk finds them from the nodes' address.
-// Inactive triangles have records without references. sharesRecords in the header says that records
-// are shared. A walk keeps that as a tag in the lowest bit of the records' address, which it saves
-// with the address where it enters an instance.
+// The numbers end at the start of the nodes, so that traversal finds them from the nodes' address.
+// Inactive triangles have records without references. The header's sharesRecords is set if records
+// are shared. Traversal keeps this flag in the lowest bit of the records' address, and saves both
+// together when it enters an instance.
 #pragma once
 
 #include "bvh/gpu/layout.h"
@@ -28,12 +28,12 @@ SUNSTONE_INLINE uint64_t withoutTag(uint64_t taggedRecords) {
     return taggedRecords & ~kSharedTag;
 }
 
-// Bytes of the numbers, for so many references.
+// Bytes of the numbers of so many references.
 SUNSTONE_INLINE uint64_t sharedNumbers(uint64_t references) {
     return (references * 4 + 127) / 128 * 128;
 }
 
-// The triangle that a reference is to.
+// The number of the triangle to which a reference refers.
 SUNSTONE_INLINE const uint32_t* sharedNumber(const void* nodes, uint32_t reference) {
     return static_cast<const uint32_t*>(nodes) - 1 - uint64_t(reference);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds of few primitives: the steps from the Morton codes to the tree in one kernel of one block.
-// As a chain of kernels such a build takes as long as their launches and their waits for memory
-// (docs/notes/builders-gpu.md has figures); here what threads exchange is in the block's shared
+// A chain of kernels would take the time of its launches and memory latencies
+// (docs/notes/builders-gpu.md has figures). Here threads exchange data in the block's shared
 // memory, as far as it fits.
 #pragma once
 
@@ -23,11 +23,11 @@ struct SmallScratch {
     alignas(16) uint8_t counters[kUpdateCounters];
 };
 
-// The block's dynamic shared memory that is free.
+// The free part of the block's dynamic shared memory.
 struct SharedRoom {
     uint64_t next, end;
 };
-// Gives an array a place there if it fits; its contents are lost.
+// Moves an array there if it fits. Its contents are lost.
 SUNSTONE_INLINE void takeRoom(SharedRoom& room, uint64_t& array, uint64_t bytes) {
     bytes = (bytes + 15) / 16 * 16;
     if (room.next + bytes > room.end)
@@ -36,7 +36,7 @@ SUNSTONE_INLINE void takeRoom(SharedRoom& room, uint64_t& array, uint64_t bytes)
     room.next += bytes;
 }
 
-// The same job with its scratch in shared memory; arrays that threads wait for come first.
+// Returns the job with its scratch in shared memory. Arrays for which threads wait come first.
 SUNSTONE_INLINE BuildJob inSharedMemory(BuildJob job, SharedRoom room, SmallScratch& scratch) {
     const uint64_t n = job.maxReferences;
     const uint64_t counters = job.counters;
@@ -60,8 +60,8 @@ SUNSTONE_INLINE BuildJob inSharedMemory(BuildJob job, SharedRoom room, SmallScra
     return job;
 }
 
-// Sorts the Morton codes, and the primitives by them: as sort.h, with one tile and no memory
-// between its passes but the arrays that become the outcome.
+// Sorts the Morton codes with their primitives: as sort.h, with one tile, and with no memory
+// between passes except the result arrays.
 SUNSTONE_INLINE void sortInBlock(const BuildJob& job, SmallScratch& scratch) {
     const Counters& counters = countersOf(job);
     const uint32_t total = counters.numReferences, lane = laneOf(), warp = threadIdx.x / 32;
@@ -72,7 +72,7 @@ SUNSTONE_INLINE void sortInBlock(const BuildJob& job, SmallScratch& scratch) {
     const auto placeOf = [&](uint32_t i) { return warp * 32 * kSmallItems + i * 32 + lane; };
 #pragma unroll
     for (uint32_t i = 0; i < kSmallItems; ++i) {
-        keys[i] = ~0ull; // behind all others
+        keys[i] = ~0ull; // sorted last
         if (placeOf(i) < total)
             keys[i] = codeOf(job, placeOf(i));
         values[i] = placeOf(i) | 1u << kRefCountShift;
@@ -126,8 +126,8 @@ SUNSTONE_INLINE void sortInBlock(const BuildJob& job, SmallScratch& scratch) {
     __syncthreads();
 }
 
-// The nodes of one level after the other. Groups of lanes without a node wait at the barrier, where
-// they take no time from the others.
+// Makes the nodes level by level. Groups of lanes without a node wait at the barrier, where they do
+// not slow others down.
 SUNSTONE_INLINE void collapseInBlock(const BuildJob& job, TreeMode mode, WideNode* images) {
     const Counters& counters = countersOf(job);
     const NodeLanes lanes = {laneOf() & ~7u, laneOf() & 7u};
@@ -151,7 +151,8 @@ SUNSTONE_INLINE void collapseInBlock(const BuildJob& job, TreeMode mode, WideNod
     }
 }
 
-// A tree, or a second one where the first is too deep (sunstone_retry does this for large builds).
+// Makes a tree, and a second one if the first is too deep (sunstone_retry does this for large
+// builds).
 SUNSTONE_INLINE void makeTreeInBlock(const BuildJob& job, TreeMode mode, SmallScratch& scratch) {
     Counters& counters = countersOf(job);
     const uint32_t count = counters.numTreeReferences;
@@ -180,7 +181,7 @@ SUNSTONE_INLINE void makeTreeInBlock(const BuildJob& job, TreeMode mode, SmallSc
     }
 }
 
-// What the next kernels read.
+// Copies the data that the next kernels read to global memory.
 SUNSTONE_INLINE void leaveSharedMemory(const BuildJob& from, const BuildJob& to) {
     const auto copy = [](uint64_t source, uint64_t target, uint64_t words) {
         for (uint64_t i = threadIdx.x; i < words; i += blockDim.x)
@@ -210,8 +211,8 @@ SUNSTONE_KERNEL __launch_bounds__(kSmallThreads)
     leaveSharedMemory(job, given);
 }
 
-// The first kernel of a build or an update: the host's bytes, and words that are set. Copies and
-// memsets of the driver take as long as a kernel each.
+// The first kernel of a build or an update: writes the host's bytes and sets words. Each copy or
+// memset of the driver would take as long as a kernel.
 SUNSTONE_KERNEL sunstone_begin(BeginJob job) {
     const uint32_t stride = gridDim.x * blockDim.x;
     uint32_t from = 0;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Second step: Morton codes of the primitives, and their sort by 8 bits a pass. A pass reads its
 // keys once: each block takes a tile, counts its digits, and gets the places of its digits from the
-// tiles before it (Adinets and Merrill, "Onesweep", 2022). Blocks take tiles in the order they
-// start, so that the blocks they wait for already run. The sort is stable; equal codes stay in the
+// tiles before it (Adinets and Merrill, "Onesweep", 2022). Blocks take tiles in the order of their
+// start, so that a block waits only for running blocks. The sort is stable; equal codes stay in the
 // order of the input.
 #pragma once
 
@@ -64,7 +64,7 @@ SUNSTONE_KERNEL sunstone_codes(BuildJob job) {
             atomicAdd(&counters.histograms[i / kSortDigits][i % kSortDigits], count);
 }
 
-// Exclusive sums over the threads of a block.
+// The exclusive prefix sum over the threads of a block.
 template <uint32_t kThreads = kSortThreads>
 SUNSTONE_INLINE uint32_t sumBefore(uint32_t value, uint32_t* warpSums) {
     const uint32_t lane = laneOf(), warp = threadIdx.x / 32;
@@ -84,8 +84,8 @@ SUNSTONE_INLINE uint32_t sumBefore(uint32_t value, uint32_t* warpSums) {
     return before + sum - value;
 }
 
-// How many keys with this digit come before among those that the warp has counted, which this one
-// joins. To be called by all of the warp.
+// The number of earlier keys with this digit among those that the warp has counted; adds this key.
+// All lanes of the warp must call.
 SUNSTONE_INLINE uint32_t rankInWarp(uint32_t digit, uint32_t* counts) {
     const uint32_t peers = __match_any_sync(kWholeWarp, digit), below = lanesBelow(laneOf());
     const uint32_t before = counts[digit];
@@ -96,11 +96,11 @@ SUNSTONE_INLINE uint32_t rankInWarp(uint32_t digit, uint32_t* counts) {
     return before + uint32_t(__popc(peers & below));
 }
 
-// A tile's published state of a digit: none yet, its own count, or that of all tiles up to it.
+// A tile's published state of a digit: none, its own count, or the count of all tiles up to it.
 constexpr uint32_t kTileCount = 1u << 30, kTileSum = 2u << 30, kTileValue = kTileCount - 1;
 
-// The number of keys with a digit in the tiles before; published for the later ones. States of
-// several tiles are loaded at once.
+// The number of keys with a digit in earlier tiles. Publishes the sum for later tiles. Loads the
+// states of several tiles at once.
 SUNSTONE_INLINE uint32_t sumOfTiles(uint32_t* states, uint32_t tile, uint32_t count) {
     constexpr uint32_t kAtOnce = 8;
     if (tile == 0)
@@ -135,7 +135,7 @@ SUNSTONE_KERNEL __launch_bounds__(kSortThreads) sunstone_sort(BuildJob job, uint
     __shared__ uint64_t sortedKeys[kSortTile];
     __shared__ uint32_t sortedValues[kSortTile];
     __shared__ uint32_t counts[kWarps][kSortDigits]; // then: places in the tile
-    __shared__ uint32_t places[kSortDigits];         // in the output, less those in the tile
+    __shared__ uint32_t places[kSortDigits];         // in the output, minus those in the tile
     __shared__ uint32_t warpSums[kWarps];
     __shared__ uint32_t ownTile;
     Counters& counters = countersOf(job);
@@ -160,13 +160,13 @@ SUNSTONE_KERNEL __launch_bounds__(kSortThreads) sunstone_sort(BuildJob job, uint
         keys[i] = place < inTile ? keysIn[first + place] : ~0ull;
         values[i] = place < inTile ? valuesIn[first + place] : 0;
     }
-    // While keys are on their way.
+    // During the loads of keys.
     const uint32_t inOutput = sumBefore(counters.histograms[pass][threadIdx.x], warpSums);
 #pragma unroll
     for (uint32_t i = 0; i < kSortItems; ++i)
         ranks[i] = rankInWarp(uint32_t(keys[i] >> shift) & 0xFFu, counts[warp]);
     __syncthreads();
-    // Thread d: digit d.
+    // Thread d handles digit d.
     uint32_t count = 0;
     for (uint32_t w = 0; w < kWarps; ++w) {
         const uint32_t ofWarp = counts[w][threadIdx.x];

@@ -49,7 +49,7 @@ CUresult Staging::copy(CUstream stream, CUdeviceptr to, const void* from, size_t
     std::memcpy(block->memory, from, size);
     CUresult result = driver_.memcpyHtoDAsync(to, block->memory, size, stream);
     if (isCaptured)
-        return result; // the graph has it for good
+        return result; // the graph keeps the block
     const CUresult recorded = driver_.eventRecord(block->done, stream);
     if (recorded != CUDA_SUCCESS)
         driver_.streamSynchronize(stream);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copies from the host's memory to the device in stream order without blocking the host. A driver
-// copies small blocks of pageable memory at once, but waits for the stream before it takes larger
-// ones, and a graph reads the memory when it is launched; these copies go through page-locked
-// memory here.
+// copies small blocks of pageable memory at once, but waits for the stream before it reads larger
+// ones, and a graph reads the memory at its launch. This class therefore copies such blocks through
+// page-locked memory.
 #pragma once
 
 #include "device/cuda/driver.h"
@@ -17,15 +17,16 @@ namespace sunstone::bvh::gpu {
 class Staging {
 public:
     explicit Staging(const device::cuda::Driver& driver) : driver_(driver) {}
-    // The context is current, and all queued copies have ended.
+    // Requires that the context is current and that all queued copies have ended.
     ~Staging();
     Staging(const Staging&) = delete;
     Staging& operator=(const Staging&) = delete;
 
-    // Queues the copy; `from` may change when this returns.
+    // Queues the copy. The caller may change `from` after the call.
     CUresult copy(CUstream stream, CUdeviceptr to, const void* from, size_t size);
 
-    // The context was destroyed, and the blocks with it: the destructor does not call the driver.
+    // Call after the context was destroyed with its blocks: the destructor then does not call the
+    // driver.
     void abandon() { blocks_.clear(); }
 
 private:

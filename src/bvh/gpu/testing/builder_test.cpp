@@ -51,7 +51,7 @@ QueryRay randomRay(Random& random) {
     return ray;
 }
 
-// How the tree is made: every active primitive in one leaf, every box inside its parent's.
+// Checks a tree: every active primitive is in one leaf, every box inside its parent's.
 struct TreeCheck {
     const BlockHeader& header;
     std::vector<uint32_t> seen;
@@ -147,8 +147,8 @@ void addBox(Mesh& mesh, const Vec3& centre, float half) { // a triangle with thi
     mesh.triangles.push_back({first, first + 1, first + 2});
 }
 
-// Each triangle is a little larger than the last, and clusters grow by one at a time; the codes of
-// sixteen at a time part from all before them one bit further up.
+// Each triangle is slightly larger than the previous one, so that clusters grow by one at a time.
+// The codes of each further sixteen triangles differ from all earlier codes in one higher bit.
 TEST(GpuBuild, TreesThatWouldBeTooDeep) {
     Mesh mesh;
     const float cell = 4;
@@ -170,7 +170,7 @@ TEST(GpuBuild, TreesThatWouldBeTooDeep) {
     }
 }
 
-// The same around one point, over many sizes.
+// Nested triangles around one point, of many sizes.
 TEST(GpuBuild, NestedTriangles) {
     Mesh mesh;
     double size = 0x1p-90;
@@ -193,7 +193,7 @@ struct CountSteps {
     }
 };
 
-// Nodes that rays through the mesh step into.
+// The number of nodes that rays through the mesh visit.
 uint64_t stepsThrough(const GpuStructure& gpu) {
     Random random(1);
     uint64_t steps = 0;
@@ -210,8 +210,8 @@ uint64_t stepsThrough(const GpuStructure& gpu) {
     return steps;
 }
 
-// The clustered tree must be worth its time: about as many steps as through the tree of
-// PREFER_FAST_BUILD or fewer, where triangles overlap and on surfaces.
+// The clustered tree must need about as many steps as the tree of PREFER_FAST_BUILD, or fewer, for
+// overlapping triangles and for surfaces.
 TEST(GpuBuild, ClustersBeatTheRadixTree) {
     BuildOptions fast;
     fast.preferFastBuild = true;
@@ -263,9 +263,9 @@ TEST(GpuBuild, SplitsLongThinTriangles) {
     EXPECT_EQ(buildOnDevice(single, options).header().numLeaves, 400u);
 }
 
-// Builds end with any binary tree: here one whose nodes are their own children, and one that holds
-// too many primitives; and with wrong parents written into the wide tree meanwhile. Kernels are
-// launched as the builder does.
+// Builds end for any binary tree: here a tree whose nodes are their own children, and a tree with
+// too many primitives; also with wrong parents written into the wide tree during the build. The
+// test launches kernels as the builder does.
 TEST(GpuBuild, BrokenTreesAreReportedAndNeverWaitedFor) {
     const auto& driver = Device::get().driver();
     CUmodule module = nullptr;

@@ -20,7 +20,7 @@ public:
         return device;
     }
     const device::cuda::Driver& driver() const { return driver_; }
-    // The same table, of which tests may replace functions.
+    // The driver's table, whose functions tests may replace.
     device::cuda::Driver& driverForTests() { return driver_; }
     const Builder& builder() const { return *builder_; }
     // Sets whether builds of few primitives take the kernels of large ones.
@@ -120,7 +120,8 @@ struct NearestPrograms : NoShapes, NoMotion, NoDeepGraphs, OneLane {
     bool nearestFirst() const { return true; }
 };
 
-// The same where instances are left directly to the ray's space, or without instances.
+// The nearest triangle with at most one level of instances: leaving an instance restores the ray's
+// own space.
 struct SingleLevelPrograms : NearestPrograms {
     static constexpr unsigned kLevels = 1;
 };
@@ -183,7 +184,7 @@ struct ShapePrograms : NoMotion, OneLane {
     }
 };
 
-// The same at a time.
+// ShapePrograms at a time.
 struct MovingShapePrograms : ShapePrograms {
     static constexpr bool kMotion = true;
     float rayTime = 0;
@@ -237,7 +238,7 @@ inline bool nearestAt(uint64_t handle, const QueryRay& query, float time, QueryH
     return nearestBy(programs, handle, query, hit);
 }
 
-// The same beside lanes in structures with motion.
+// MovingPrograms beside lanes in structures with motion.
 struct BesideMovingPrograms : MovingPrograms {
     using MovingPrograms::MovingPrograms;
     static bool any(bool) { return true; }

@@ -14,7 +14,7 @@ using namespace bvh::testing;
 using namespace gpu::testing;
 using bvh::testing::Mesh;
 
-// Rays through the middles of random places; CPU and GPU must give the same answers.
+// Rays through random points; CPU and GPU must give equal hits.
 void expectSame(const BuildInputs& inputs, uint32_t seed, uint32_t leastHits) {
     const Structure cpu = makeStructure(inputs);
     const GpuStructure gpu = buildOnDevice(inputs);
@@ -149,7 +149,7 @@ TEST(GpuInputs, EqualPlaces) {
     QueryHit hit;
     ASSERT_TRUE(nearest(s.handle(), {{0, 0, -3}, 0, {0, 0, 1}, 1e30f}, hit));
     EXPECT_EQ(hit.t, 3.0f);
-    EXPECT_EQ(hit.primitive, 0u); // the lowest of equals
+    EXPECT_EQ(hit.primitive, 0u); // the lowest of equal hits
 }
 
 // With all flags, empty and tiny inputs give structures that rays can traverse.
@@ -289,7 +289,8 @@ TEST(GpuInputs, CustomPrimitives) {
     EXPECT_LT(shown, 1000u * 40);
 }
 
-// One of many lanes when a step begins, the last but a few when it has visited a primitive.
+// Simulates one of many lanes at the start of a step, and one of the last few after the visit of a
+// primitive.
 struct LastPrograms : BoxPrograms {
     static uint32_t lanes() { return isAlone ? 1 : 32; }
     Visit custom(gpu::Ray& ray, uint32_t primitive, uint32_t sbt) {
@@ -299,7 +300,8 @@ struct LastPrograms : BoxPrograms {
     static inline bool isAlone;
 };
 
-// Then the others of its leaf wait: a step has one of them, and in the end there were all.
+// The other primitives of the leaf then wait: each step visits one, and in the end all have been
+// visited.
 TEST(GpuInputs, FewLanesLetPrimitivesWait) {
     Random random(11);
     std::vector<Box> boxes(3000);
@@ -344,7 +346,7 @@ TEST(GpuInputs, FewLanesLetPrimitivesWait) {
     EXPECT_GT(alone * 10, total * 9);
 }
 
-// The box around the turned box of a sphere reaches 1.4 radii along x and y.
+// The box around a sphere's rotated box reaches 1.4 radii along x and y.
 TEST(GpuInputs, TurnedInstancesHaveTightBoxes) {
     const Mesh mesh = icosphere(3);
     const GpuStructure sphere = buildOnDevice(mesh.input());
@@ -404,7 +406,7 @@ TEST(GpuInputs, BoxesOfInstancesDoNotDependOnTheirOrder) {
         inputs.instances = &in;
         return buildOnDevice(inputs);
     };
-    // The union of the boxes of each alone.
+    // The union of the boxes of single instances.
     KeyBounds alone = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (const InstanceDesc& instance : list) {
         const GpuStructure one = build(&instance, 1);
@@ -440,7 +442,7 @@ GpuStructure instancesOf(uint64_t child, const std::vector<std::array<float, 12>
     return buildOnDevice(inputs);
 }
 
-// Children of nodes of instances wait one by one for their turn; where too many do, in groups.
+// Children of nodes of instances wait singly; if too many wait, in groups.
 TEST(GpuInputs, ManyWaitingChildren) {
     struct AnyOrder : NearestPrograms {
         bool nearestFirst() const { return false; }
@@ -606,7 +608,7 @@ TEST(GpuTraversal, RanksOfSlots) {
                 EXPECT_EQ(rank >= 4, (slot >> axis & 1) == (signs >> axis & 1))
                     << "slot " << slot << " signs " << signs << " axis " << axis;
                 seen |= 1u << rank;
-                // As node tests have them: four inner children at a time.
+                // As in node tests: four inner children at a time.
                 for (uint32_t place = 0; place < 4; ++place)
                     EXPECT_EQ(Slots((1u << 5 | 24 | slot) << 8 * place, octant).hit(place),
                               1u << (24 + rank));
@@ -653,7 +655,7 @@ TEST(GpuInputs, MemoryIsWithinThePromise) {
             options.allowUpdate = bits & 4;
             options.allowRandomVertexAccess = bits & 8;
             SCOPED_TRACE("count " + std::to_string(count) + " options " + std::to_string(bits));
-            // Besides the bytes per primitive there are counters and alignment.
+            // Counters and alignment add to the bytes per primitive.
             const uint64_t fixed = 24u << 10;
             TriangleInput triangles;
             triangles.numVertices = 3;

@@ -64,7 +64,7 @@ void expectWithinPromise(const Shape& shape, const BuildOptions& options) {
     const GpuStructure s = buildOnDevice(inputs, options);
     EXPECT_LE(double(s.memory->size()) / triangles, options.allowRandomVertexAccess ? 80.0 : 60.0);
     EXPECT_LE(double(Builder::computeMemoryUsage(inputs, options).temp) / triangles, 100.0);
-    // Only where rays gain from it there are parts of triangles, which share records.
+    // Triangles are split, and share records, only if rays gain.
     const std::string name = shape.name;
     const bool splits = options.preferFastTrace &&
                         (name.find("needles") != name.npos || name.find("strips") != name.npos);
@@ -90,7 +90,7 @@ TEST(GpuMemory, IsWithinThePromiseForAllShapes) {
     }
 }
 
-// Several inputs with separate offsets and SBT records, and inactive triangles.
+// Several inputs with different offsets and SBT records, and inactive triangles.
 TEST(GpuMemory, SharedTrianglesTellTheirInputs) {
     std::vector<Mesh> meshes = {strips(700, 1.0f, 0.003f, 11), strips(300, 0.6f, 0.002f, 12)};
     for (uint32_t i = 0; i < 700; i += 9)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Motion on GPUs: builder kernels run on the CPU device, traversal compiled for the host. The
-// judges: the CPU's structures, which must give the same answers to the last bit, and instances
-// entered one by one.
+// references are the CPU's structures, whose hits must be equal bit for bit, and a loop over all
+// instances.
 #include "bvh/gpu/testing/device.h"
 #include "bvh/motion/motion_bounds.h"
 #include "bvh/walk/kernels.h"
@@ -114,7 +114,7 @@ TEST(GpuMotion, TrianglesAreWhereTheCpuHasThem) {
         }
 }
 
-// Far from the origin rounding errors are as large as the triangles.
+// Far from the origin, rounding errors are as large as the triangles.
 TEST(GpuMotion, BoxesHoldWhatIsRounded) {
     for (float away : {1e3f, 1e5f}) {
         MovingMesh mesh(400, 2, 0.2f, 0.4f, 5);
@@ -365,7 +365,7 @@ void randomMatrix(Random& random, float m[12]) {
     }
 }
 
-// The nearest hit in a list of instances, each entered for itself.
+// Finds the nearest hit in a list of instances by tracing each instance alone.
 class Judge {
 public:
     Judge(const std::vector<InstanceDesc>& instances, const Structure& still,
@@ -553,7 +553,7 @@ TEST(GpuMotion, InstancesAndTransforms) {
     }
 }
 
-// Transforms, and the bounds the kernels take from them, are those of the CPU.
+// Transforms, and the bounds that kernels derive from them, equal those of the CPU.
 TEST(GpuMotion, TransformsAreThoseOfTheCpu) {
     Random random(23);
     for (uint32_t i = 0; i < 300; ++i) {

@@ -43,7 +43,7 @@ void expectSameBounds(const BlockHeader& gpu, const BlockHeader& cpu) {
 
 constexpr float kTimes[] = {-2, -1, -0.99999f, 0.3f, 1, 2.2f, 3, 7, NAN};
 
-// Answers at all times; the number of hits.
+// Compares hits at all times; returns the number of hits.
 uint32_t expectSameHits(const void* cpu, uint64_t handle, uint32_t seed) {
     const uint32_t shape = headerOf(cpu)->shape;
     const bool exact = shape == kSphereShape || CurveBasis(shape) == CurveBasis::kLinear;
@@ -128,7 +128,7 @@ TEST(GpuMovingShapes, RadiiBelowZeroAndInactiveOnes) {
     }
 }
 
-// As expected of a structure that is built from the new input.
+// After an update, hits equal those of a structure built from the new input.
 TEST(GpuMovingShapes, UpdatesFollow) {
     for (const uint32_t shape : kMovingKinds) {
         SCOPED_TRACE(shape);
@@ -168,7 +168,8 @@ TEST(GpuMovingShapes, UpdatesFollow) {
     }
 }
 
-// An update from the input of the build equals the build; inactive primitives have places, too.
+// An update from the input of the build equals the build, which also has places for inactive
+// primitives.
 TEST(GpuMovingShapes, UpdatesFromTheSameInputChangeNothing) {
     for (const uint32_t shape : kMovingKinds) {
         MovingShapes scene(shape, 2, 31);

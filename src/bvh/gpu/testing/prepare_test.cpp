@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builder::prepare() names every kernel that a build and the calls after it launch: later calls
-// must not compile or load, because a driver may then wait for the GPU. No kernel runs here.
+// Builder::prepare() loads every kernel that a build and later calls launch: these calls must not
+// compile or load, because a driver may then wait for the GPU. No kernel runs here.
 #include "bvh/gpu/build/plan.h"
 #include "bvh/gpu/testing/device.h"
 
@@ -54,7 +54,7 @@ void expectPrepared(const BuildInputs& inputs, BuildOptions options, const char*
     builder.relocate(nullptr, {}, output.address(), 0, 0);
     builder.relocateMicromaps(nullptr, output.address(), 0, output.address());
     if (options.allowUpdate) {
-        // As the kernels would have left it.
+        // The header as the kernels would have written it.
         const Uploads uploads(inputs, options, Plan(inputs, options), 0);
         std::memcpy(output.data(), uploads.output.data(), uploads.output.size());
         static_cast<BlockHeader*>(output.data())->magic = kGpuBlockMagic;
@@ -68,7 +68,7 @@ void expectPrepared(const BuildInputs& inputs, BuildOptions options, const char*
 }
 
 TEST(GpuPrepare, LaterCallsOnlyQueue) {
-    const auto mesh = icosphere(2); // enough for triangles to be split, as far as is known before
+    const auto mesh = icosphere(2); // enough triangles that splits are possible
     const TriangleInput still = mesh.input();
     const void* const keys[] = {mesh.vertices.data(), mesh.vertices.data()};
     TriangleInput moving = still;

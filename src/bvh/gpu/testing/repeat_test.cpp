@@ -18,7 +18,7 @@ using namespace bvh::testing;
 using namespace gpu::testing;
 using bvh::testing::Mesh;
 
-// The result of a build in a buffer that was filled with a byte, and its copy in another.
+// The result of a build in a buffer filled with a byte, and its compacted copy in another buffer.
 struct Built {
     std::vector<uint8_t> loose, compacted;
     const BlockHeader& header() const {
@@ -88,7 +88,7 @@ Mesh splinters(uint32_t count) {
     return mesh;
 }
 
-// All that changes how a tree is made.
+// All options that affect the tree.
 std::vector<BuildOptions> modes() {
     std::vector<BuildOptions> modes(5);
     modes[1].preferFastBuild = true;

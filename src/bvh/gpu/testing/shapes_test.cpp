@@ -103,7 +103,7 @@ ShapeRay randomRay(Random& random) {
             0};
 }
 
-// Both must give the same answers; where two pieces are equally near (where segments join), either
+// CPU and GPU must give equal hits. If two pieces are equally near (where segments join), either
 // may be reported.
 void compareRays(const BuildInputs& inputs, const BuildOptions& options, const GpuStructure& gpu,
                  uint32_t seed, int count, int leastHits) {
@@ -216,7 +216,7 @@ TEST(GpuShapes, BentCurvesWithCaps) {
     }
 }
 
-// An updated structure follows its input: it answers like one built from the new input.
+// An updated structure gives the hits of a structure built from the new input.
 void expectFollows(const BuildInputs& inputs, const std::function<void()>& change, uint32_t seed) {
     BuildOptions options;
     options.allowUpdate = options.allowRandomVertexAccess = true;

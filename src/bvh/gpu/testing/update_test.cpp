@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Updates by the GPU's kernels, run on the CPU device: the same bytes where nothing moved, the hits
-// of a fresh build otherwise, boxes that contain their children; and which updates are refused, and
-// when.
+// Updates by the GPU's kernels, run on the CPU device: equal bytes if nothing moved, else the hits
+// of a new build; boxes contain their children; refused updates.
 #include "bvh/gpu/testing/device.h"
 
 #include <gtest/gtest.h>
@@ -462,7 +461,7 @@ TEST(GpuUpdate, OtherShapesAreRefused) {
     EXPECT_EQ(Builder::computeMemoryUsage(inputsOf(in), {}).tempUpdate, 0u);
 }
 
-// While the stream is busy the call does not read the structure, and kernels detect the error.
+// While the stream is busy, the call does not read the structure; kernels detect the error.
 TEST(GpuUpdate, OtherShapesBehindABusyStreamAreToldLater) {
     const auto& driver = Device::get().driver();
     const Mesh mesh = soup(40, 0.3f, 1);
@@ -480,8 +479,8 @@ TEST(GpuUpdate, OtherShapesBehindABusyStreamAreToldLater) {
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     };
     ASSERT_EQ(driver.launchHostFunc(stream, wait, &go), CUDA_SUCCESS);
-    // On the CPU device copies from pageable memory wait for the stream. The stream continues once
-    // the call has queried it.
+    // On the CPU device, copies from pageable memory wait for the stream. The stream continues
+    // after the call has queried it.
     static std::atomic<bool> asked;
     static const auto ask = driver.streamQuery;
     asked = false;

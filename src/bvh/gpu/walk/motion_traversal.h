@@ -2,11 +2,12 @@
 // Nodes and triangles of structures with motion keys at the time of a ray, between two keys (curves
 // and spheres: walk/ray_shapes.h).
 //
-// Planes of a node are weighted like the vertices below them, each on its key's grid. Between the
-// keys boxes contain their children except for rounding: interpolated vertices are off by up to
-// 2^-22 of the largest coordinate in the structure, and weights that do not add up to 1 move the
-// origin by 2^-25 of it; `slack` is twice that. Within a node, see traversal.h; here a plane is two
-// multiply-adds, each with a 1 to take off, which cost less than 2^-6 of a grid step together.
+// Planes of a node, each on its key's grid, are interpolated with the weights of the vertices below
+// them. Between the keys, boxes contain their children except for rounding: interpolated vertices
+// have an error of up to 2^-22 of the largest coordinate in the structure, and weights whose sum is
+// not 1 move the origin by 2^-25 of it; `slack` is twice the sum. ray_node.h describes the test of
+// a node. Here a plane takes two multiply-adds, each with a 1 to subtract, whose errors together
+// are below 2^-6 of a grid step.
 #pragma once
 
 #include "bvh/gpu/motion.h"
@@ -48,7 +49,7 @@ SUNSTONE_INLINE MotionPlace placeIn(const BlockHeader& header, float time, const
     return place;
 }
 
-// The grid of a node at one key, and its planes as times: value * scale + constant.
+// The grid of a node at one key, and its planes as ray parameters: value * scale + constant.
 struct KeyGrid {
     float scale[3], from[3];
     U4 planes0, planes1, planes2;
@@ -75,8 +76,8 @@ SUNSTONE_INLINE void addGrid(const U4* node, U4 head, const float origin[3], con
     }
 }
 
-// testNode (traversal.h) of a node with a WideNode for each key; `node` is that of place.key. A
-// node without motion is allowed, too.
+// testNode (ray_node.h) for a node with a WideNode for each key; `node` is the WideNode of
+// place.key. A node without motion is allowed, too.
 template <bool kDistances>
 SUNSTONE_INLINE void testMovingNode(const U4* node, const MotionPlace& place, const float origin[3],
                                     const BoxRay& ray, float tmin, float tmax, Group& inner,
@@ -141,12 +142,12 @@ SUNSTONE_INLINE void testMovingNode(const U4* node, const MotionPlace& place, co
     setGroups(head, children, hits, inner, leaf);
 }
 
-// A number between the keys: bvh::between.
+// Interpolates a number between the keys, as bvh::between.
 SUNSTONE_INLINE float weighted(float a, float b, const MotionPlace& place) {
     return add(mul(a, place.first), mul(b, place.second));
 }
 
-// A triangle between two keys; `record` is that of place.key.
+// Loads a triangle between two keys; `record` is the record of place.key.
 SUNSTONE_INLINE void loadMovingTriangle(const U4* record, const MotionPlace& place, U4& a, U4& b,
                                         U4& c) {
     constexpr uint32_t kNext = sizeof(TriangleRecord) / 16;

@@ -2,12 +2,12 @@
 // Rays and the boxes of nodes.
 //
 // The triangle test accepts a ray as if vertices were displaced by up to 5 * 2^-24 times their
-// distance from the ray's origin (bvh/walk/ray_setup.h). Per node, the planes are therefore moved
+// distance from the ray's origin (bvh/walk/ray_setup.h). Node tests therefore move the planes
 // outwards by 2^-20 of the distance of the node's farthest corner, which also covers the rounding
-// here; a component of the direction below 2^-24 of the longest one is replaced by that length,
-// which moves the ray by less. Bytes become floats without a conversion: in 1 + q * 2^-15 they are
-// bits 8 to 15; the one is taken off in the constant, which costs 2^-8 of a grid step, added to the
-// margin.
+// here. A component of the direction below 2^-24 of the longest component is replaced by that
+// length, which moves the ray by less. Bytes become floats without a conversion: they are bits 8 to
+// 15 of 1 + q * 2^-15. The constant subtracts the 1, which costs 2^-8 of a grid step; the margin
+// includes this.
 #pragma once
 
 #include "bvh/gpu/layout.h"
@@ -19,7 +19,7 @@
 
 namespace sunstone::bvh::gpu {
 
-// A ray in the current space; tmin and tmax are the same in all.
+// A ray in the current space; tmin and tmax are equal in all spaces.
 struct Ray {
     float origin[3], tmin;
     float direction[3], tmax;
@@ -28,19 +28,19 @@ struct Ray {
 // The data of a ray in a space that box tests need.
 struct BoxRay {
     float inverse[3];
-    float slack; // how far planes move out, per distance of the node
-    // Slots are visited in the order of rankOf(slot), highest first. In each byte: bits for the
-    // side that the ray leaves last; above 30 bits: see ranksOf().
+    float slack; // margin of the planes, relative to the node's distance
+    // Slots are visited in the order of rankOf(slot), highest first. Each byte has bits for the
+    // side that the ray leaves last; ranksOf() describes the bits from 30 on.
     uint32_t octant;
-    // 1, hidden from the compiler: the machine's byte permutation takes one constant, and that
+    // 1, hidden from the compiler, because the byte permutation takes only one constant, which
     // should be the selector.
     float one;
 };
 
-// A slot's bits say on which sides of the node it is, the highest along z. The rank of one is slot
-// ^ octant, turned so that the side along the ray's longest axis comes first: the other two say
-// less about the distance of a child. Four slots at a time, one in the low bits of each byte; their
-// other bits are undefined.
+// A slot's bits are its sides of the node, the highest along z. Its rank is slot ^ octant, rotated
+// so that the side along the ray's longest axis comes first, because the other sides are less
+// correlated with the distance of a child. Four slots at a time, one in the low bits of each byte;
+// their other bits are undefined.
 SUNSTONE_INLINE uint32_t ranksOf(uint32_t octant, uint32_t slots) {
     return ((slots ^ octant) & 0x07070707u) * 9 >> (octant >> 30);
 }
@@ -65,8 +65,8 @@ SUNSTONE_INLINE BoxRay makeBoxRay(const float d[3], float size) {
     BoxRay box;
     const float longest = larger(larger(magnitude(d[0]), magnitude(d[1])), magnitude(d[2]));
     const float least = mul(longest, 0x1p-24f);
-    // Beyond these, reciprocals are not normal numbers, or constants of nodes (up to 2^39 times the
-    // size) not finite: every box counts as hit.
+    // Outside these ranges, reciprocals are not normal numbers, or constants of nodes (up to 2^39
+    // times the size) are not finite; every box then counts as hit.
     const bool usual = longest >= 0x1p-100f && longest <= 0x1p100f && size <= mul(longest, 0x1p85f);
     box.slack = usual ? 0x1p-20f : 0x1p127f;
     uint32_t order = 0;
@@ -83,8 +83,8 @@ SUNSTONE_INLINE BoxRay makeBoxRay(const float d[3], float size) {
     return box;
 }
 
-// Children, or primitives, that are to be visited. Inner: bits 24 to 31 are the children hit, by
-// rank, bits 0 to 7 the slots that are nodes. Primitives: bits 0 to 23.
+// Children or primitives to visit. Inner: bits 24 to 31 are the hit children, by rank, bits 0 to 7
+// the slots that are nodes. Primitives: bits 0 to 23.
 struct Group {
     uint32_t base, bits;
 };
@@ -116,8 +116,8 @@ SUNSTONE_INLINE int32_t orderedInt(float a) {
     return __builtin_bit_cast(int32_t, a);
 }
 
-// How far away the children of a node begin that are hit: the bits of a distance that is not
-// negative, rounded down, and the slot. The metas are those of the node.
+// Entry distances of the hit children of a node: the bits of a non-negative distance, rounded down,
+// and the slot. The metas are those of the node.
 template <bool kWanted>
 struct Distances {
     uint32_t keys[8];
@@ -194,7 +194,7 @@ SUNSTONE_INLINE void testNode(const U4* node, const float origin[3], const BoxRa
             };
             const auto most = [](int32_t a, int32_t b) { return a > b ? a : b; };
             const auto least = [](int32_t a, int32_t b) { return a < b ? a : b; };
-            // As integers: right as long as one operand, here tmin, is not negative.
+            // Compared as integers, which is correct if one operand, here tmin, is not negative.
             const int32_t begin =
                 most(most(plane(nearX, scale[0], nearC[0]), plane(nearY, scale[1], nearC[1])),
                      most(plane(nearZ, scale[2], nearC[2]), orderedInt(tmin)));

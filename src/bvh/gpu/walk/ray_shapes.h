@@ -38,8 +38,8 @@ SUNSTONE_INLINE void unpack(U4 words, float* to) {
     to[3] = floatOf(words.w);
 }
 
-// Four rows of a record (the words at `record`), which with motion has another one of `units` words
-// for each key; that of place.key is given.
+// Loads four rows of a record, the one of place.key. With motion, the record of the next key is
+// `units` words further.
 template <bool kMotion>
 SUNSTONE_INLINE void loadRows(const U4* record, uint32_t units, const MotionPlace& place,
                               float rows[4]) {
@@ -90,7 +90,7 @@ SUNSTONE_INLINE bool testLinear(const U4* record, const MotionPlace& place, cons
     if (!lane::testCones<1>(rows, s, tmax, t, u))
         return false;
     const U4 rest = loadConstant(record + 2);
-    // A hit belongs to the piece that it is on.
+    // A hit counts only for the piece that contains it.
     const PieceRange range = rangeOf(rest.x);
     if (u[0] < range.begin ||
         (u[0] >= range.begin + range.length && range.begin + range.length < 1))
@@ -99,14 +99,16 @@ SUNSTONE_INLINE bool testLinear(const U4* record, const MotionPlace& place, cons
     return true;
 }
 
-// Not inlined into the loop, whose registers it would take. False, or the hit in `best`.
+// Not inlined, because it would take registers of the loop. Stores the hit in `best`; false if
+// there is none.
 [[gnu::noinline]] static bool testPiece(const lane::RaySpace& space, const float* points,
                                         uint32_t shape, uint32_t word, uint32_t flags,
                                         lane::CurveCandidate& best) {
     return lane::intersectPiece<1>(space, points, CurveBasis(shape), word, flags, best);
 }
 
-// The same of points between two keys; `points` are those of place.key, the next ones `floats` on.
+// testPiece() for points between two keys: `points` are those of place.key; those of the next key
+// are `floats` further.
 [[gnu::noinline]] static bool testMovingPiece(const lane::RaySpace& space, const float* points,
                                               uint32_t floats, const MotionPlace& place,
                                               uint32_t shape, uint32_t word, uint32_t flags,
@@ -117,7 +119,7 @@ SUNSTONE_INLINE bool testLinear(const U4* record, const MotionPlace& place, cons
     return lane::intersectPiece<1>(space, now, CurveBasis(shape), word, flags, best);
 }
 
-// Whether the ray meets the capsule about the piece of a curve.
+// Whether the ray meets the capsule around the piece of a curve.
 template <bool kMotion>
 SUNSTONE_INLINE bool meetsCapsule(const U4* record, const MotionPlace& place,
                                   const lane::RaySpace& s, float tmax) {
@@ -136,7 +138,7 @@ SUNSTONE_INLINE bool testCurve(const BlockHeader* block, const U4* record, const
     const uint32_t shape = block->shape, stride = curvePointFloats(CurveBasis(shape), 1);
     const auto* const points = reinterpret_cast<const float*>(
         reinterpret_cast<const uint8_t*>(block) + block->pointsOffset);
-    const lane::RaySpace copy = s; // so that the walk's stays in registers
+    const lane::RaySpace copy = s; // so that the traversal's own stays in registers
     lane::CurveCandidate best = {tmax, 0};
     const uint64_t segment = segmentOf(rest.x);
     bool met;
@@ -153,7 +155,8 @@ SUNSTONE_INLINE bool testCurve(const BlockHeader* block, const U4* record, const
     return true;
 }
 
-// Whether the block is of curves whose pieces take long to test, where `bits` may be met.
+// Whether the block has curves whose pieces take long to test; `bits` are the shapes that may be
+// met.
 SUNSTONE_INLINE bool isOfPieces(uint32_t bits, const BlockHeader* block) {
     if (!(bits & kMeetsCurves))
         return false;
@@ -161,7 +164,7 @@ SUNSTONE_INLINE bool isOfPieces(uint32_t bits, const BlockHeader* block) {
            (block->shape != kSphereShape && block->shape != uint32_t(CurveBasis::kLinear));
 }
 
-// A record of a block of spheres or linear curves; `records` are those of place.key.
+// Tests a record of a block of spheres or linear curves; `records` are those of place.key.
 template <bool kMotion>
 SUNSTONE_INLINE bool testShape(uint32_t bits, const BlockHeader* block, const uint8_t* records,
                                uint32_t record, const MotionPlace& place, const lane::RaySpace& s,

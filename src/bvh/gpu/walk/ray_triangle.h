@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The watertight ray/triangle test, with the operations of the CPU's (bvh/walk/ray_triangle.h), so
-// that both report the same t, u and v. Rays that go down the z axis of the shear do not swap axes;
-// instead the sign of the edge functions is turned, which is exact.
+// The watertight ray/triangle test, with the operations of the CPU's test
+// (bvh/walk/ray_triangle.h), so that both report equal t, u and v. For rays with a negative z
+// direction, the axes are not swapped; the sign of the edge functions is inverted instead, which is
+// exact.
 #pragma once
 
 #include "bvh/gpu/portable.h"
@@ -13,11 +14,11 @@
 namespace sunstone::bvh::gpu {
 
 struct Shear {
-    uint32_t axis; // the longest of the direction; bit 2: it points down
+    uint32_t axis; // the direction's longest; bit 2: negative
     float x, y, z;
 };
 
-// How much larger than the area products may be before their rounding matters.
+// The ratio of products to the area above which the rounding of the products matters.
 constexpr float kSliver = 128;
 
 struct TriangleHit {

@@ -63,7 +63,7 @@ namespace sunstone::bvh::gpu {
 
 enum class Visit : uint32_t { kContinue, kEnd };
 
-// Bases of programs that meet no curves and spheres or no motion, or that run alone.
+// Bases for Programs without curves and spheres, without motion, or that run alone.
 struct NoShapes {
     static SUNSTONE_INLINE_MEMBER uint32_t shapes() { return 0; }
     SUNSTONE_INLINE_MEMBER Visit shape(Ray&, const ShapeHit&) { return Visit::kContinue; }
@@ -79,7 +79,7 @@ struct OneLane {
     static SUNSTONE_INLINE_MEMBER bool mayTest(bool wants) { return wants; }
     static SUNSTONE_INLINE_MEMBER bool any(bool value) { return value; }
 };
-// The same for graphs whose depth is known to fit.
+// Base for graphs whose depth is known to fit.
 struct NoDeepGraphs {
     SUNSTONE_INLINE_MEMBER void refuseLevel(uint64_t) {}
     SUNSTONE_INLINE_MEMBER void refuseStack() {}
@@ -95,7 +95,7 @@ SUNSTONE_INLINE void transformRay(const float m[12], const float origin[3],
     }
 }
 
-// When a walk over the tree stops to let others join.
+// A policy for the end of run(), here only at the end of the traversal.
 struct RunToEnd {
     SUNSTONE_INLINE_MEMBER bool stop() const { return false; }
 };
@@ -113,13 +113,14 @@ struct MovingLevel : OnlyLevel {
     uint32_t keys;
     uint32_t around; // see Levels
 };
-// Where there are many, memory bounds walks: all else is computed again from the block's header.
+// With many levels, memory limits the traversal, so a level stores only the ray and the block.
+// Everything else is recomputed from the block's header.
 struct Level {
     U4 origin;    // and the low word of the block
     U4 direction; // and the high word
 };
 
-// A walk's data about levels.
+// A traversal's data about levels.
 template <bool kMotion, unsigned kLevels>
 struct Levels {
     using Level = gpu::Level;
@@ -131,7 +132,7 @@ struct Levels<false, 1> {
 template <unsigned kLevels>
 struct Levels<true, kLevels> {
     using Level = MovingLevel;
-    uint32_t around; // the level of the space to come back to
+    uint32_t around; // the level of the outer space
 };
 
 SUNSTONE_INLINE U4 withFloats(const float v[3], float w) {
@@ -147,34 +148,34 @@ SUNSTONE_INLINE uint64_t wordsOf(uint32_t low, uint32_t high) {
 template <class Programs>
 struct Traversal : Levels<Programs::kMotion, Programs::kLevels> {
     // The stack has room for kDeepLevels structures of the largest depth. Graphs with more levels
-    // use the room that shallower structures leave; a walk that finds none is refused. An entry is
-    // a group, or 0, 0 where a space ends.
+    // use the room that shallower structures leave; a child without room is skipped (refuseStack).
+    // An entry is a group, or 0, 0 at the end of a space.
     static constexpr unsigned kDeepLevels = Programs::kLevels < 15 ? Programs::kLevels : 15;
     static constexpr unsigned kStackSize =
         (Programs::kInstances ? kWaitingChildren + 8 : kWaitingLeaves) +
         kStackEntries * (kDeepLevels + 1);
-    // Levels have the ray and its block only.
+    // Levels have only the ray and its block.
     static constexpr bool kKeepsRays = Programs::kLevels > 1 && !Programs::kMotion;
-    // Instances are entered from the ray's first space only, which is therefore stored once.
+    // Instances are entered only from the ray's first space, which is therefore stored once.
     static constexpr bool kKeepsSpace = Programs::kLevels == 1 && !Programs::kMotion;
-    // Else a structure of instances is stored when it is entered, not with each of its instances.
-    // With motion transforms have no levels.
+    // Otherwise the space of a structure of instances is stored when the structure is entered, not
+    // for each of its instances. With motion, transforms have no levels.
     using Level = typename Levels<Programs::kMotion, Programs::kLevels>::Level;
 
     Group inner, leaf;
     uint32_t top;
     uint32_t depth;
     const BlockHeader* block;
-    BlockType kind; // of the block, so that primitives need not look
+    BlockType kind; // of the block, cached for primitives
     const U4* nodes;
     const uint8_t* records;
     BoxRay box;
     Shear shear;
     lane::RaySpace space; // in structures of curves and spheres
-    uint32_t piece;       // of a curve, whose capsule the ray meets, to be tested; or kNoPiece
+    uint32_t piece;       // of a curve, to be tested: the ray meets its capsule; or kNoPiece
     MotionPlace motion;   // with kMotion
 
-    // Begins at a handle (with its tag). False: nothing to visit.
+    // Starts at a handle (with its tag). False: nothing to visit.
     SUNSTONE_INLINE_MEMBER bool start(Programs& programs, Ray& ray, uint64_t handle,
                                       Level* levels) {
         inner = leaf = {0, 0};
@@ -225,10 +226,10 @@ struct Traversal : Levels<Programs::kMotion, Programs::kLevels> {
             return stepInCurves(programs, ray, stack);
         if (leaf.bits == 0)
             openNext(programs, ray, stack);
-        // Where nearly all lanes of the warp have finished their leaves, they go on to their next
-        // nodes, and the rest of a leaf waits: on the stack, or, where programs would notice
-        // another order of primitives, with its lane. Leaves have 1 to 24 primitives; without this,
-        // on long thin triangles, tests ran for 3.5 of 32 lanes.
+        // If nearly all lanes of the warp have finished their leaves, they go on to their next
+        // nodes, and the rest of a leaf waits: on the stack, or with its lane if programs could
+        // notice another order of primitives. Leaves have 1 to 24 primitives; without this rule,
+        // tests of long thin triangles ran for 3.5 of 32 lanes.
         const uint32_t few = (5 * Programs::lanes() + 8) / 16;
         while (leaf.bits != 0) {
             if (visitNext(programs, ray))
@@ -240,8 +241,9 @@ struct Traversal : Levels<Programs::kMotion, Programs::kLevels> {
             push(stack, leaf);
             leaf.bits = 0;
         }
-        // Without a branch around it: a compiler turns such a branch into a loop of the lanes that
-        // need no other group, and lanes that take one from the stack wait for its end.
+        // This has no branch, because compilers turn a branch here into a loop of the lanes that
+        // need no other group, and lanes that take a group from the stack then wait for the end of
+        // that loop.
         const bool empty = inner.bits <= 0x00FFFFFFu && leaf.bits == 0;
         if (empty && top == 0)
             return true;
@@ -253,8 +255,8 @@ struct Traversal : Levels<Programs::kMotion, Programs::kLevels> {
     }
 
 private:
-    // Testing a piece of a curve takes longer than a node, and few lanes come to it at once: the
-    // others walk on until enough of them have one.
+    // Testing a piece of a curve takes longer than a node, and few lanes reach a piece at the same
+    // time. The other lanes therefore continue until enough lanes have a piece.
     static SUNSTONE_INLINE_MEMBER bool meetsPieces() { return Programs::shapes() & kMeetsCurves; }
 
     SUNSTONE_INLINE_MEMBER const U4* curveAt(uint32_t record) const {
@@ -262,7 +264,7 @@ private:
         return reinterpret_cast<const U4*>(records + index * sizeof(CurveRecord));
     }
 
-    // True: the step is over, and the walk if `end`.
+    // True if the step is over; `end`: so is the traversal.
     SUNSTONE_INLINE_MEMBER bool finishPiece(Programs& programs, Ray& ray, const U2* stack,
                                             bool& end) {
         if (Programs::mayTest(piece != kNoPiece)) {
@@ -289,8 +291,8 @@ private:
 
     static constexpr uint32_t kVisits = 2;
 
-    // With instances, lanes of a warp do different kinds of work at once: lanes with many
-    // primitives leave some for the next step, while others visit nodes.
+    // With instances, lanes of a warp have different kinds of work at the same time: lanes with
+    // many primitives leave some for the next step, while other lanes visit nodes.
     SUNSTONE_INLINE_MEMBER bool stepInGraph(Programs& programs, Ray& ray, U2* stack,
                                             Level* levels) {
         if ((inner.bits | leaf.bits) == 0) {
@@ -298,7 +300,7 @@ private:
             if (pop(ray, stack))
                 return true;
             if (Programs::kLevels > 1 && (inner.bits | leaf.bits) == 0)
-                return false; // the space around is left next
+                return false; // next the space is left
         }
         if (Programs::mayEnter(leaf.bits != 0 && kind == BlockType::kInstances)) {
             const uint32_t place = nextPlace();
@@ -347,9 +349,9 @@ private:
         return end;
     }
 
-    // Children of nodes of instances are visited nearest first: nodes overlap, and instances behind
-    // a hit need not be entered. Each waiting child is a stack entry: index | number of farther
-    // ones of the node below it << 28 | 1 << 31; distance, lowest bit set for an instance.
+    // Children of nodes of instances are visited nearest first, because nodes overlap and instances
+    // behind a hit need not be entered. Each waiting child is a stack entry: index | number of
+    // farther ones of the node below it << 28 | 1 << 31; distance, lowest bit set for an instance.
     static SUNSTONE_INLINE_MEMBER bool isChild(U2 entry) { return entry.x >> 31; }
     SUNSTONE_INLINE_MEMBER void take(U2 entry) {
         const uint32_t index = entry.x & 0x0FFFFFFFu;
@@ -381,7 +383,7 @@ private:
             inner.bits = leaf.bits = 0;
     }
 
-    // The next child of the group becomes the group, or the group, which is of primitives, a leaf.
+    // Makes the next child of the group the group, or makes a group of primitives the leaf.
     SUNSTONE_INLINE_MEMBER void openNext(const Programs& programs, const Ray& ray, U2* stack) {
         if (inner.bits <= 0x00FFFFFFu) {
             leaf = inner;
@@ -425,9 +427,9 @@ private:
                 takeNearest(distances, stack);
     }
 
-    // Whether the nodes of any lane have motion, or the lane's own where all lanes are in one
-    // structure: if some have, all lanes run the test with motion together, instead of one kind
-    // after the other.
+    // Whether the nodes of any lane have motion (if all lanes are in one structure, the lane's
+    // own). If some nodes have motion, all lanes run the test with motion together, in place of one
+    // kind after the other.
     SUNSTONE_INLINE_MEMBER bool someMove() const {
         if constexpr (Programs::kMotion && Programs::kInstances)
             return Programs::any(motion.keys > 1);
@@ -451,7 +453,7 @@ private:
         c = loadConstant(triangle + 2);
     }
 
-    // Of the current block.
+    // The type of the current block.
     SUNSTONE_INLINE_MEMBER static BlockType kindOf(BlockType type) {
         return Programs::kMotion ? bvh::kindOf(type) : type;
     }
@@ -529,8 +531,8 @@ private:
         }
     }
 
-    // The ray goes into the space below, and on through the transforms that `handle` leads to.
-    // False: as enterBlock().
+    // Moves the ray into the inner space, and through the transforms below `handle`. False: as
+    // enterBlock().
     SUNSTONE_INLINE_MEMBER bool moveDown(Programs& programs, Ray& ray, float worldToObject[12],
                                          uint64_t& handle, Level* levels, uint32_t base) {
         for (;;) {
@@ -545,7 +547,7 @@ private:
     static SUNSTONE_INLINE_MEMBER bool isTransform(uint64_t handle) {
         return (handle & devlib::kTagMask) >= devlib::kTagStatic;
     }
-    // The handle becomes that of the child. False: as enterBlock().
+    // Replaces the handle by the child's. False: as enterBlock().
     SUNSTONE_INLINE_MEMBER bool openTransform(Programs& programs, Ray& ray, float worldToObject[12],
                                               uint64_t& handle, Level* levels, uint32_t base) {
         uint64_t child = 0;
@@ -599,7 +601,7 @@ private:
     }
 
     SUNSTONE_INLINE_MEMBER void leaveSpace(Programs& programs, Ray& ray, Level* levels) {
-        // Returns to the outer block, through the transforms between.
+        // Returns to the outer block and leaves the transforms in between.
         if constexpr (Programs::kInstances && Programs::kMotion) {
             programs.leave(ray, depth - this->around);
             depth = this->around;
@@ -619,7 +621,7 @@ private:
             return level.block;
     }
 
-    // Only structures of instances are returned to.
+    // The outer space is always that of a structure of instances.
     SUNSTONE_INLINE_MEMBER void restoreSpace(const Programs& programs, Ray& ray,
                                              const Level& level) {
         toFloats(level.origin, ray.origin);
@@ -648,7 +650,7 @@ private:
         records = reinterpret_cast<const uint8_t*>(wordsOf(level.places.z, level.places.w));
     }
 
-    // What entering a block needs of its header.
+    // The fields of a block's header that entering the block needs.
     struct Header {
         U4 first, places, last;
 
@@ -734,8 +736,8 @@ private:
                   offsetof(BlockHeader, sharesRecords) == offsetof(BlockHeader, shape) + 2 &&
                   offsetof(BlockHeader, largestCoordinate) == offsetof(BlockHeader, shape) + 4);
 
-    // A graph with a cycle (updates can make one) would be walked along all paths up to the largest
-    // depth: instances of a structure within itself are therefore never hit.
+    // A graph with a cycle, which updates can make, would be traversed along all paths up to the
+    // largest depth. Instances of a structure within itself are therefore never hit.
     SUNSTONE_INLINE_MEMBER bool isInside(const BlockHeader* header, const Level* levels) const {
         const uint64_t address = reinterpret_cast<uint64_t>(header);
         bool found = false;
@@ -747,7 +749,7 @@ private:
                 found |= levels[i].block == address;
             }
         } else if constexpr (Programs::kLevels > 1) {
-            bool maybe = false; // by one word, as memory bounds walks
+            bool maybe = false; // tests one word, because memory limits the traversal
 #pragma clang loop unroll(disable)
             for (uint32_t i = 0; i < depth; ++i)
                 maybe |= levels[i].origin.w == uint32_t(address);
@@ -769,7 +771,7 @@ private:
             }
     }
 
-    // False where a ray is too fast for the tests of shapes.
+    // False if a ray's direction is too long for the tests of shapes.
     SUNSTONE_INLINE_MEMBER bool enterShapes(BlockType type, const Ray& ray) {
         return !Programs::shapes() || kindOf(type) != BlockType::kShapes ||
                lane::setupRaySpace(space, ray.origin, ray.direction, ray.tmin);
