@@ -12,9 +12,14 @@ function(sunstone_kernels file ids)
 endfunction()
 
 function(sunstone_kernel_images outvar)
-    add_executable(sunstone_kernel_images ${PROJECT_SOURCE_DIR}/tools/kernel_images/main.cpp)
-    target_link_libraries(sunstone_kernel_images PRIVATE sunstone_device_cuda sunstone_base TBB::tbb
-        ${SUNSTONE_ZSTD} ${CMAKE_DL_LIBS})
+    add_executable(sunstone_kernel_images ${PROJECT_SOURCE_DIR}/tools/kernel_images/main.cpp
+        ${PROJECT_SOURCE_DIR}/src/engine/gpu/machine_code.cpp
+        ${PROJECT_SOURCE_DIR}/src/engine/gpu/ready_kernels.cpp)
+    target_link_libraries(sunstone_kernel_images PRIVATE sunstone_compiler sunstone_ptx
+        sunstone_texture sunstone_devlib sunstone_bvh sunstone_device_cuda sunstone_base
+        ${SUNSTONE_LLVM_LIBS} TBB::tbb ${SUNSTONE_ZSTD} ${CMAKE_DL_LIBS})
+    target_link_options(sunstone_kernel_images PRIVATE -B/usr/lib/llvm-19/bin -fuse-ld=lld
+        -Wl,--gc-sections)
     get_property(words GLOBAL PROPERTY SUNSTONE_KERNEL_FILES)
     set(ptxas "${SUNSTONE_PTXAS}")
     if(NOT ptxas)

@@ -27,6 +27,8 @@ TEST(Settings, GoodValues) {
              {Setting::kCacheMaxSize, "10000000000"},
              {Setting::kCheck, "memory,leaks"},
              {Setting::kGpuBackEnd, "cpu-device"},
+             {Setting::kGpuCode, "ready"},
+             {Setting::kGpuCode, "whole"},
              {Setting::kKernels, "single"},
              {Setting::kVisibleDevices, "-1"},
          })
@@ -50,6 +52,7 @@ TEST(Settings, BadValues) {
              {Setting::kCacheMaxSize, "-1"},
              {Setting::kCheck, "memory,leak"},
              {Setting::kGpuBackEnd, "1"},
+             {Setting::kGpuCode, "1"},
              {Setting::kKernels, "warp"},
          })
         EXPECT_EQ(0u, settingFault(setting, value).find("it is "))

@@ -7,9 +7,12 @@
 
 #include "compiler/gpu/pipeline.h"
 #include "device/cuda/driver.h"
+#include "devlib/gpu_runtime.h"
 #include "engine/gpu/kernel_code.h"
+#include "engine/gpu/ready_code.h"
 
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <dlfcn.h>
 #include <filesystem>
@@ -145,7 +148,8 @@ TEST_F(GpuKeeping, VariablesAreEachPipelinesOwn) {
     EXPECT_EQ(2u, run(*one));
     EXPECT_EQ(1u, run(*two));
     EXPECT_EQ(3u, run(*one));
-    EXPECT_EQ(2u, missed()) << "code for two levels, given up, and for any depth; kept from then on";
+    EXPECT_EQ(2u, missed())
+        << "code for two levels, given up, and for any depth; kept from then on";
     EXPECT_EQ(2u, loads);
     one.reset();
     two.reset();
@@ -251,6 +255,117 @@ TEST_F(GpuKeeping, MachineCodeWhoseKernelTheDriverDoesNotFind) {
     EXPECT_EQ(7u, run(*make(other, stores(7))));
     EXPECT_OK(optixDeviceContextDestroy(other));
     EXPECT_EQ(1u, missed()) << "the text is kept";
+}
+
+// ---- code that is ready before the pipeline is compiled ---------------------------------------
+
+class GpuReadyCode : public GpuKeeping {
+protected:
+    // With the kernels that may serve the tests' pipelines.
+    void SetUp() override {
+        GpuKeeping::SetUp();
+        if (!dlopen("libnvidia-ptxjitcompiler.so.1", RTLD_NOW))
+            GTEST_SKIP() << "no compiler beside the driver";
+        CUdevice device = 0;
+        int major = 0, minor = 0, version = 0;
+        const Driver& driver = driverForTests();
+        ASSERT_EQ(CUDA_SUCCESS, driver.ctxGetDevice(&device));
+        driver.deviceGetAttribute(&major, CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR, device);
+        driver.deviceGetAttribute(&minor, CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR, device);
+        driver.driverGetVersion(&version);
+        const sunstone::compiler::GpuTarget target = {unsigned(10 * major + minor), 80,
+                                                      unsigned(version)};
+        for (const auto& kernel :
+             sunstone::engine::readyKernels(sunstone::devlib::gpuRuntime(), target))
+            if (sunstone::engine::readyKernelId(kernel).find("shapes 0, motion 0, depth 2") !=
+                std::string::npos)
+                EXPECT_NE(sunstone::engine::compileReadyKernel(kernel), "");
+    }
+    void TearDown() override {
+        GpuKernelCode::forgetForTests();
+        GpuKeeping::TearDown();
+    }
+    // Launches until code is loaded.
+    static bool isReplaced(Rig& rig, unsigned result) {
+        constexpr unsigned kSeconds = 60;
+        const unsigned before = loads;
+        const auto start = std::chrono::steady_clock::now();
+        while (loads == before) {
+            EXPECT_EQ(result, run(rig));
+            if (std::chrono::steady_clock::now() - start > std::chrono::seconds(kSeconds))
+                return false;
+        }
+        return true;
+    }
+};
+
+TEST_F(GpuReadyCode, IsReplacedWhenTheWholeIsCompiled) {
+    auto rig = make(context_, stores(7));
+    EXPECT_EQ(1u, loads);
+    EXPECT_TRUE(isReplaced(*rig, 7));
+    EXPECT_EQ(7u, run(*rig));
+    EXPECT_EQ(2u, loads);
+    EXPECT_EQ(0u, unloads) << "captured graphs may launch it";
+    rig.reset();
+    EXPECT_EQ(7u, run(*make(context_, stores(7)))) << "from the disk";
+    EXPECT_EQ(3u, loads);
+}
+
+// A load waits for kernels that run, which may wait for the thread that launches.
+TEST_F(GpuReadyCode, BusyStreamsLoadNothing) {
+    auto rig = make(context_, stores(7));
+    ASSERT_EQ(1u, loads);
+    const Driver& driver = driverForTests();
+    std::atomic<bool> mayEnd = false;
+    const auto wait = [](void* flag) {
+        while (!*static_cast<std::atomic<bool>*>(flag))
+            std::this_thread::yield();
+    };
+    Buffer results(4);
+    const CUdeviceptr address = results.address();
+    const Buffer params(std::vector<CUdeviceptr>{address});
+    const OptixShaderBindingTable table = rig->table();
+    ASSERT_EQ(CUDA_SUCCESS, driver.launchHostFunc(nullptr, wait, &mayEnd));
+    const auto start = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - start < std::chrono::seconds(3)) {
+        ASSERT_OK(optixLaunch(rig->pipeline(), nullptr, params.address(), sizeof(address), &table,
+                              1, 1, 1));
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    EXPECT_EQ(1u, loads);
+    mayEnd = true;
+    ASSERT_EQ(CUDA_SUCCESS, driver.streamSynchronize(nullptr));
+    EXPECT_EQ(7u, *results.as<unsigned>());
+    EXPECT_TRUE(isReplaced(*rig, 7));
+}
+
+TEST_F(GpuReadyCode, IsKeptIfTheDriverRefusesTheWhole) {
+    auto rig = make(context_, stores(7));
+    refusals = 1;
+    const auto start = std::chrono::steady_clock::now();
+    while (refusals != 0 && std::chrono::steady_clock::now() - start < std::chrono::seconds(60))
+        EXPECT_EQ(7u, run(*rig));
+    EXPECT_EQ(0u, refusals);
+    EXPECT_EQ(7u, run(*rig));
+    EXPECT_EQ(1u, loads);
+}
+
+TEST_F(GpuReadyCode, ContextsMayBeDestroyedAtOnce) {
+    for (unsigned i = 0; i < 5; ++i) {
+        const OptixDeviceContext other = newContext();
+        auto first = make(other, stores(10 + i)), second = make(other, stores(20 + i));
+        EXPECT_EQ(10 + i, run(*first));
+        first.reset();
+        EXPECT_OK(optixDeviceContextDestroy(other)); // with the other pipeline
+        second.release();
+    }
+}
+
+TEST_F(GpuReadyCode, ProgramsWithVariablesCompileAsAWhole) {
+    auto one = make(context_, ptxModule(kCounts));
+    EXPECT_EQ(1u, run(*one));
+    EXPECT_EQ(2u, run(*one));
+    EXPECT_EQ(1u, loads);
 }
 
 // ---- the library's own kernels ----------------------------------------------------------------

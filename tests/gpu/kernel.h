@@ -5,6 +5,7 @@
 
 #include "bvh/gpu/testing/device.h"
 #include "devlib/gpu/launch_block.h"
+#include "engine/gpu/ready_code.h"
 #include "gpu/pipelines.h"
 
 #include <gtest/gtest.h>
@@ -35,10 +36,11 @@ inline Record recordOf(uint32_t group, devlib::GroupKind kind) {
 class Kernel {
 public:
     explicit Kernel(const std::string& module, const Options& options = {}) {
-        const compiler::GpuCode code = compileCode(module, options);
-        const std::string& ptx = code.ptx;
+        const compiler::GpuCode code =
+            options.ready ? linkReadyCode(module, options) : compileCode(module, options);
+        const std::string& image = options.ready ? code.machineCode : code.ptx;
         feedback = code.feedback;
-        EXPECT_EQ(driver().moduleLoadDataEx(&module_, ptx.c_str(), 0, nullptr, nullptr),
+        EXPECT_EQ(driver().moduleLoadDataEx(&module_, image.c_str(), 0, nullptr, nullptr),
                   CUDA_SUCCESS);
         EXPECT_EQ(driver().moduleGetFunction(&function_, module_, compiler::kGpuKernel),
                   CUDA_SUCCESS);
@@ -64,6 +66,7 @@ public:
         block.report = devlib::emptyReport();
         block.launch.firstGroup = kFirstGroup - 1;
         block.launch.entryKind = devlib::kGroupRaygen;
+        block.launch.hasAnyHit = true;
         const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
         block.work = {0, tiles * devlib::kGpuTile, {patience, patience}, 0, 0};
         constexpr uint32_t kTiles = devlib::kGpuBlockThreads / devlib::kGpuTile;
@@ -79,6 +82,18 @@ public:
     }
 
 private:
+    static compiler::GpuCode linkReadyCode(const std::string& module, const Options& options) {
+        const compiler::GpuPipelineRequest request = requestOf(module, options);
+        const auto kernel = engine::readyKernelFor(request);
+        CUcontext context = nullptr;
+        EXPECT_EQ(driver().ctxGetCurrent(&context), CUDA_SUCCESS);
+        const auto code = kernel ? engine::readyCodeOf(request, *kernel,
+                                                       engine::compileReadyKernel(*kernel), context)
+                                 : std::nullopt;
+        EXPECT_TRUE(code);
+        return code.value_or(compiler::GpuCode());
+    }
+
     static const device::cuda::Driver& driver() { return Device::get().driver(); }
     CUmodule module_ = nullptr;
     CUfunction function_ = nullptr;

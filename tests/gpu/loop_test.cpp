@@ -84,6 +84,16 @@ protected:
         return kernel;
     }
 
+    // Linked with a kernel that serves many pipelines.
+    static Kernel& ready() {
+        static Kernel kernel(textOf(TEST_LOOP_TWO_PTX), [] {
+            Options options = oneHitGroup(kMostDepth);
+            options.ready = true;
+            return options;
+        }());
+        return kernel;
+    }
+
     std::vector<LoopResult> run(Kernel& kernel, const Job& job,
                                 devlib::LaunchReport* report) const {
         const std::vector<TestRay> rays = someRays();
@@ -129,7 +139,7 @@ protected:
     std::vector<LoopResult> same(const Job& job, devlib::LaunchReport* report = nullptr) const {
         devlib::LaunchReport wantedReport, foundReport;
         const std::vector<LoopResult> wanted = run(whole(), job, &wantedReport);
-        for (Kernel* kernel : {&cut(), &nested(), &apart()}) {
+        for (Kernel* kernel : {&cut(), &nested(), &apart(), &ready()}) {
             SCOPED_TRACE(kernel->feedback);
             const std::vector<LoopResult> found = run(*kernel, job, &foundReport);
             for (size_t i = 0; i < wanted.size(); ++i) {
@@ -163,6 +173,9 @@ TEST_F(GpuLoop, FeedbackTellsTheKernel) {
         << whole().feedback;
     EXPECT_NE(nested().feedback.find("rays of all depths take turns"), std::string::npos)
         << nested().feedback;
+    EXPECT_NE(ready().feedback.find("kernel: ready, graph 0, shapes 0, motion 0, depth 6"),
+              std::string::npos)
+        << ready().feedback;
     // In a cut program a lane may be elsewhere while others wait for it at a barrier.
     std::string text = textOf(TEST_LOOP_PTX);
     const size_t entry = text.find(".entry __raygen__loop"), brace = text.find("ret;", entry);
@@ -295,7 +308,7 @@ TEST_F(GpuLoop, RecordsOfOtherGroupsAreReported) {
     std::memcpy(records.data(), &record, sizeof(record));
     devlib::LaunchBlock block{};
     block.launch.sbt.entryRecord = records.address();
-    for (Kernel* kernel : {&cut(), &nested(), &apart()})
+    for (Kernel* kernel : {&cut(), &nested(), &apart(), &ready()})
         EXPECT_EQ(kernel->launch(block, 40, 3, 1).fatal,
                   uint64_t(uint32_t(devlib::kFatalRaygenRecord)));
 }

@@ -23,6 +23,7 @@ struct Options {
     bool micromaps = false;
     unsigned maxTraceDepth = 0; // 0: not known when the pipeline is compiled
     size_t mostInlined = compiler::GpuPipelineRequest().mostInlined;
+    bool ready = false; // linked with a kernel that serves many pipelines
 };
 
 inline GpuGroup groupOf(ProgramKind kind, size_t program) {

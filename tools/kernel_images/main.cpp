@@ -3,10 +3,14 @@
 // capabilities and writes the archive that engine/gpu/kernel_images.h describes.
 //   kernel_images OUT PTXAS CAPABILITIES [FILE IDS]...
 // Capabilities are separated by commas. IDS is the id of a PTX file's kernels, in which @ stands
-// for the kernel's name. With "none" for PTXAS the archive is empty. A capability that ptxas does
-// not know is left out.
+// for the kernel's name. The archive also has the kernels of engine/gpu/ready_code.h, as parts for
+// the driver's linker. With "none" for PTXAS the archive is empty. A capability that ptxas does not
+// know is left out.
+#include "base/threads.h"
 #include "device/cuda/kernel_set.h"
+#include "devlib/gpu_runtime.h"
 #include "engine/gpu/kernel_images.h"
+#include "engine/gpu/ready_code.h"
 
 #include <zstd.h>
 
@@ -29,7 +33,8 @@ using namespace sunstone;
 struct Task {
     std::string id, text;
     unsigned capability = 0;
-    std::string code; // empty: ptxas refused the text
+    std::string options = {};
+    std::string code = {}; // empty: ptxas refused the text
 };
 
 std::string readFile(const std::string& path) {
@@ -82,8 +87,8 @@ std::string idOf(std::string form, const std::string& name) {
 void compile(Task& task, const std::string& ptxas, const std::string& scratch) {
     const std::string ptx = scratch + ".ptx", cubin = scratch + ".cubin";
     std::ofstream(ptx, std::ios::binary) << task.text;
-    const std::string command = ptxas + " -arch=sm_" + std::to_string(task.capability) + " -o '" +
-                                cubin + "' '" + ptx + "'";
+    const std::string command = ptxas + " -arch=sm_" + std::to_string(task.capability) +
+                                task.options + " -o '" + cubin + "' '" + ptx + "'";
     if (std::system(command.c_str()) == 0)
         task.code = readFile(cubin);
     unlink(ptx.c_str());
@@ -113,6 +118,22 @@ void compileAll(std::vector<Task>& tasks, const std::string& ptxas, const std::s
         });
     for (std::thread& thread : threads)
         thread.join();
+}
+
+// One text serves all capabilities, as the other kernels' texts do.
+void addReadyKernels(std::vector<Task>& tasks, const std::vector<unsigned>& capabilities) {
+    constexpr compiler::GpuTarget kOldest = {70, 70, 0};
+    const auto kernels = engine::readyKernels(devlib::gpuRuntime(), kOldest);
+    std::vector<std::string> texts(kernels.size());
+    parallelFor(kernels.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            texts[i] = compiler::compileGpuPipeline(kernels[i]).ptx;
+    });
+    for (size_t i = 0; i < kernels.size(); ++i)
+        for (const unsigned capability : capabilities)
+            tasks.push_back(
+                {engine::readyKernelId(kernels[i]), texts[i], capability,
+                 " -c -maxrregcount=" + std::to_string(engine::readyKernelRegisters(kernels[i]))});
 }
 
 void append(std::string& to, const void* bytes, size_t count) {
@@ -165,9 +186,9 @@ void run(const std::vector<std::string>& words) {
             const device::cuda::KernelTexts texts(ptx);
             for (const std::string& name : kernelsIn(ptx))
                 for (const unsigned capability : capabilities)
-                    tasks.push_back(
-                        {idOf(words[i + 1], name), texts.moduleOf(name), capability, {}});
+                    tasks.push_back({idOf(words[i + 1], name), texts.moduleOf(name), capability});
         }
+        addReadyKernels(tasks, capabilities);
     }
     compileAll(tasks, ptxas, out);
     write(out, tasks, hasPtxas ? toolkitOf(ptxas) : 0);

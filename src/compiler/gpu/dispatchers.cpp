@@ -6,6 +6,7 @@
 
 #include <llvm/IR/IRBuilder.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -55,6 +56,44 @@ constexpr Dispatcher kDispatchers[] = {
     {"sunstone_gpu_continuation", devlib::kGroupCallables, devlib::kRoleContinuation,
      Dispatcher::kCode},
 };
+
+// The part that has the dispatcher if the kernel is compiled without programs; kWhole: the kernel
+// does not call it.
+GpuPart partOf(const Dispatcher& dispatcher) {
+    const bool isOfRays =
+        dispatcher.kind == devlib::kGroupHit || dispatcher.kind == devlib::kGroupMiss;
+    switch (dispatcher.form) {
+    case Dispatcher::kStart:
+        return isOfRays ? GpuPart::kRays : GpuPart::kEntries;
+    case Dispatcher::kFind:
+        return GpuPart::kEntries;
+    case Dispatcher::kAsk:
+        return GpuPart::kRays;
+    case Dispatcher::kResume:
+        return dispatcher.kind == kAnyKind ? GpuPart::kResumes : GpuPart::kWhole;
+    default:
+        return dispatcher.role == devlib::kRoleAnyHit || dispatcher.kind == devlib::kGroupException
+                   ? GpuPart::kRays
+                   : GpuPart::kWhole;
+    }
+}
+
+bool isIn(GpuPart part, const Dispatcher& dispatcher) {
+    return part == GpuPart::kWhole || part == GpuPart::kPrograms || partOf(dispatcher) == part ||
+           partOf(dispatcher) == GpuPart::kWhole;
+}
+
+llvm::FunctionType* typeOf(Dispatcher::Form form, llvm::LLVMContext& context) {
+    llvm::Type* const pointer = llvm::PointerType::getUnqual(context);
+    llvm::Type* const word = llvm::Type::getInt32Ty(context);
+    const size_t pointers = form == Dispatcher::kFind  ? 0
+                            : form == Dispatcher::kRun ? 1
+                            : form == Dispatcher::kAsk ? 2
+                                                       : 4;
+    std::vector<llvm::Type*> parameters(pointers, pointer);
+    parameters.push_back(word);
+    return llvm::FunctionType::get(word, parameters, false);
+}
 
 // Returns the function that a dispatcher calls for a program; null: none.
 llvm::Function* targetOf(const CutPrograms& cutPrograms, Dispatcher::Form form,
@@ -207,11 +246,26 @@ void defineFacts(llvm::Module& module, const char* name, llvm::Value* none, cons
 
 } // namespace
 
+void declareDispatchers(llvm::Module& module, GpuPart part) {
+    for (const Dispatcher& dispatcher : kDispatchers)
+        if (partOf(dispatcher) != GpuPart::kWhole && isIn(part, dispatcher))
+            module.getOrInsertFunction(dispatcher.name,
+                                       typeOf(dispatcher.form, module.getContext()));
+}
+
+bool isDispatcher(llvm::StringRef name) {
+    return std::ranges::any_of(kDispatchers, [&](const Dispatcher& dispatcher) {
+        return partOf(dispatcher) != GpuPart::kWhole && name == dispatcher.name;
+    });
+}
+
 void defineDispatchers(llvm::Module& module, const GpuPipelineRequest& request,
                        const std::vector<llvm::Function*>& programs, const CutPrograms& cuts) {
     for (const Dispatcher& dispatcher : kDispatchers) {
         llvm::Function* const function = module.getFunction(dispatcher.name);
         if (!function) // the run-time does not call it
+            continue;
+        if (!isIn(request.part, dispatcher)) // another part has it
             continue;
         std::map<uint32_t, llvm::Function*> targets; // by group; one may be given twice
         for (const GpuGroup& group : request.groups) {

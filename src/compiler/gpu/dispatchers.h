@@ -9,6 +9,11 @@
 
 namespace sunstone::compiler {
 
+// Declares the dispatchers of a part of a pipeline (GpuPart).
+void declareDispatchers(llvm::Module& module, GpuPart part);
+// Whether a kernel that is compiled without programs calls a function of this name.
+bool isDispatcher(llvm::StringRef name);
+
 // Defines the dispatchers that the linked run-time declares (GpuCode, pipeline.h).
 void defineDispatchers(llvm::Module& module, const GpuPipelineRequest& request,
                        const std::vector<llvm::Function*>& programs, const CutPrograms& cuts);

@@ -21,6 +21,7 @@ std::string keyOf(const GpuPipelineRequest& request) {
     digest.add(uint64_t(request.target.driverVersion));
     digest.add(uint64_t(request.maxTraceDepth));
     digest.add(uint64_t(request.mostInlined));
+    digest.add(uint64_t(request.part));
     addRules(digest, request.pipeline.rules);
     digest.add(uint64_t(request.pipeline.programs.size()));
     digest.add(uint64_t(request.groups.size()));

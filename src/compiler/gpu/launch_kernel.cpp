@@ -2,6 +2,7 @@
 // See launch_kernel.h.
 #include "compiler/gpu/launch_kernel.h"
 
+#include "compiler/gpu/dispatchers.h"
 #include "compiler/gpu/machine.h"
 #include "devlib/abi.h"
 #include "devlib/lockstep.h"
@@ -53,7 +54,18 @@ bool LaunchKernel::walksInStep() const {
            constant("sunstone_gpu_graph") != 0; // there may be instances
 }
 
+bool LaunchKernel::isApart() const {
+    return request_.part != GpuPart::kWhole && request_.part != GpuPart::kKernel;
+}
+
 std::string LaunchKernel::choose() {
+    if (isApart())
+        return cutApart();
+    if (request_.part == GpuPart::kKernel) {
+        kind_ = Kind::kNested;
+        cuts_.frameBytes = kReadyFrameBytes;
+        return {};
+    }
     std::string obstacle;
     std::vector<llvm::Function*> cut = programsToNest(obstacle);
     if (cut.empty())
@@ -64,22 +76,42 @@ std::string LaunchKernel::choose() {
                    cuts_.frameBytes, " bytes live across a trace, at each depth\n");
 }
 
+std::string LaunchKernel::cutApart() {
+    const std::vector<llvm::Function*> tracing = tracingFunctions(unit_.module());
+    std::string obstacle;
+    for (llvm::Function* function : tracing)
+        if (obstacle.empty())
+            obstacle = obstacleIn(*function);
+    if (obstacle.empty() && !tracing.empty()) {
+        cuts_ = cutAtTraces(unit_.module(), machine_, tracing);
+        if (cuts_.frameBytes > kReadyFrameBytes)
+            obstacle = message(cuts_.frameBytes, " bytes live across a trace");
+    }
+    refuses_ = !obstacle.empty();
+    return obstacle;
+}
+
+std::string LaunchKernel::obstacleIn(llvm::Function& program) const {
+    const auto known = unit_.kinds().find(&program);
+    const ProgramKind kind = known == unit_.kinds().end() ? ProgramKind::kNone : known->second;
+    return kind == ProgramKind::kRaygen || kind == ProgramKind::kClosestHit ||
+                   kind == ProgramKind::kMiss
+               ? obstacleToCut(program)
+               : "a callable or a function that calls itself traces";
+}
+
 std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) const {
     const std::vector<llvm::Function*> tracing = tracingFunctions(unit_.module());
-    const auto kindOf = [&](llvm::Function* function) {
+    const auto isRaygen = [&](llvm::Function* function) {
         const auto known = unit_.kinds().find(function);
-        return known == unit_.kinds().end() ? ProgramKind::kNone : known->second;
+        return known != unit_.kinds().end() && known->second == ProgramKind::kRaygen;
     };
     bool nests = false;
     std::string obstacle;
     for (llvm::Function* function : tracing) {
-        const ProgramKind kind = kindOf(function);
-        nests |= kind != ProgramKind::kRaygen;
-        if (kind != ProgramKind::kRaygen && kind != ProgramKind::kClosestHit &&
-            kind != ProgramKind::kMiss)
-            obstacle = "a callable or a function that calls itself traces";
-        else if (obstacle.empty())
-            obstacle = obstacleToCut(*function);
+        nests |= !isRaygen(function);
+        if (obstacle.empty())
+            obstacle = obstacleIn(*function);
     }
     if (!nests)
         return {};
@@ -154,7 +186,8 @@ void LaunchKernel::make() {
         addMemory(frame, kFrameAlignment);
     if (kind_ == Kind::kNested) {
         const uint64_t states = depths + 1; // a ray beyond the depth limit needs one, too
-        const uint64_t near = states <= kMostNear ? states : kNear;
+        const bool isNear = states <= kMostNear || request_.part == GpuPart::kKernel;
+        const uint64_t near = isNear ? states : kNear;
         const auto addPart = [&](uint64_t first, uint64_t end) {
             addMemory((end - first) * sizeof(devlib::RayState), alignof(devlib::RayState));
             states_.emplace_back(arguments.back());
@@ -193,8 +226,10 @@ void LaunchKernel::defineConstants() {
             continue;
         for (llvm::User* user : llvm::make_early_inc_range(function->users())) {
             auto* call = llvm::cast<llvm::CallInst>(user);
-            llvm::Value* value = kernel->getArg(1 + i);
-            if (call->getFunction() != kernel) {
+            llvm::Value* value = nullptr;
+            if (kernel && call->getFunction() == kernel) {
+                value = kernel->getArg(1 + i);
+            } else {
                 llvm::IRBuilder<> builder(call);
                 const uint64_t offset = sizeof(devlib::LaunchState) + 8 * i;
                 value = builder.CreateAlignedLoad(
@@ -302,14 +337,20 @@ uint64_t LaunchKernel::claimLaneMemory(llvm::AllocaInst& states, uint64_t count,
 }
 
 void LaunchKernel::hideOthers() {
-    inlineIntoKernel(*unit_.module().getFunction(entryOf(kind_)));
+    if (!isApart())
+        inlineIntoKernel(*unit_.module().getFunction(entryOf(kind_)));
     for (llvm::Function* program : programs_.mainsOf(devlib::kGroupRaygen))
         if (program->hasOneUse())
             inlineIntoKernel(*program);
-    for (llvm::GlobalValue& value : unit_.module().global_values())
-        if (!value.isDeclaration() && value.getName() != kGpuKernel &&
-            value.getName() != kClaimLaneMemory && value.getName() != kFreeLaneMemory)
+    for (llvm::GlobalValue& value : unit_.module().global_values()) {
+        if (value.isDeclaration() || value.getName() == kGpuKernel ||
+            value.getName() == kClaimLaneMemory || value.getName() == kFreeLaneMemory)
+            continue;
+        if (isApart() && isDispatcher(value.getName()))
+            llvm::cast<llvm::Function>(value).removeFnAttr(llvm::Attribute::AlwaysInline);
+        else
             value.setLinkage(llvm::GlobalValue::InternalLinkage);
+    }
     if (kind_ != Kind::kNested) // before LLVM optimises the code that asks
         decideLaneMemory(false);
 }

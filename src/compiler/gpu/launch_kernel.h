@@ -21,6 +21,10 @@ public:
     // Chooses the kernel and cuts programs for it. Returns log lines with the choice and its
     // reason.
     std::string choose();
+    // Whether there is no kernel, but dispatchers and programs for one (GpuPart).
+    bool isApart() const;
+    // Whether the programs must compile together with their kernel.
+    bool refuses() const { return refuses_; }
     const CutPrograms& cuts() const { return cuts_; }
     // Whether closest-hit or miss programs trace and are cut at their traces.
     bool recurses() const { return kind_ == Kind::kNested; }
@@ -55,6 +59,9 @@ private:
     // obstacle.
     std::vector<llvm::Function*> programsToNest(std::string& reason) const;
     std::string chooseSimple();
+    std::string cutApart(); // for isApart()
+    // Why a program that traces cannot be cut, or empty.
+    std::string obstacleIn(llvm::Function& program) const;
     void decideLaneMemory(bool has);  // sets the result of kHasLaneMemory
     StateUses::Arrays states() const; // all, or none if LLVM has removed some
     uint64_t claimLaneMemory(llvm::AllocaInst& states, uint64_t count, uint64_t bytes);
@@ -64,6 +71,7 @@ private:
     llvm::TargetMachine& machine_;
     const GpuPrograms& programs_;
     Kind kind_ = Kind::kPlain;
+    bool refuses_ = false;
     CutPrograms cuts_;
     // The kernel's memory for states of rays and frames of programs: first the near part, then the
     // far part if there are many depths.

@@ -17,6 +17,8 @@
 #include "compiler/passes/stack_checks.h"
 
 #include <llvm/IR/DebugInfo.h>
+#include <llvm/IR/InstIterator.h>
+#include <llvm/IR/Operator.h>
 #include <llvm/IR/Verifier.h>
 
 #include <algorithm>
@@ -39,13 +41,30 @@ std::vector<const ptx::Module*> modulesOf(const GpuPipelineRequest& request) {
     return modules;
 }
 
-// Whether programs have variables in global memory.
+// Whether all uses of an address in an optimised module read.
+bool isOnlyRead(const llvm::Value& address, llvm::SmallPtrSetImpl<const llvm::User*>& seen) {
+    return llvm::all_of(address.uses(), [&](const llvm::Use& use) {
+        const llvm::User* const user = use.getUser();
+        if (llvm::isa<llvm::GEPOperator, llvm::AddrSpaceCastOperator, llvm::PHINode,
+                      llvm::SelectInst, llvm::ConstantExpr>(user))
+            return !seen.insert(user).second || isOnlyRead(*user, seen);
+        if (const auto* call = llvm::dyn_cast<llvm::CallBase>(user);
+            call && call->isArgOperand(&use)) {
+            const unsigned argument = call->getArgOperandNo(&use);
+            return call->onlyReadsMemory(argument) && call->doesNotCapture(argument);
+        }
+        return llvm::isa<llvm::LoadInst, llvm::ICmpInst>(user);
+    });
+}
+
+// Whether programs have variables in global memory. Tables of constants are none.
 bool hasState(const llvm::Module& module) {
     constexpr unsigned kShared = 3; // address space
-    for (const llvm::GlobalVariable& variable : module.globals())
-        if (!variable.isConstant() && variable.getAddressSpace() != kShared)
-            return true;
-    return false;
+    return llvm::any_of(module.globals(), [](const llvm::GlobalVariable& variable) {
+        llvm::SmallPtrSet<const llvm::User*, 8> seen;
+        return !variable.isConstant() && variable.getAddressSpace() != kShared &&
+               !isOnlyRead(variable, seen);
+    });
 }
 
 void refuseUnresolved(const llvm::Module& module) {
@@ -54,11 +73,33 @@ void refuseUnresolved(const llvm::Module& module) {
     std::string missing;
     for (const llvm::Function& function : module)
         if (function.isDeclaration() && !function.isIntrinsic() && !function.use_empty() &&
-            !llvm::is_contained(kProvided, function.getName()))
+            !llvm::is_contained(kProvided, function.getName()) &&
+            !isDispatcher(function.getName())) // of the other part
             missing += (missing.empty() ? "" : ", ") + function.getName().str();
     if (!missing.empty())
         fail(ErrorCode::kNotSupported,
              "programs need what the GPU back end does not have yet: ", missing);
+}
+
+// Whether a function that is called by address calls another by address, or one of the driver. The
+// linker computes a kernel's stack and does not know the frames of such calls.
+bool nestsCallsByAddress(const llvm::Module& module) {
+    std::vector<const llvm::Function*> reached;
+    for (const llvm::Function& function : module)
+        if (!function.isDeclaration() && function.hasAddressTaken())
+            reached.push_back(&function);
+    for (size_t i = 0; i < reached.size(); ++i)
+        for (const llvm::Instruction& instruction : llvm::instructions(*reached[i])) {
+            const auto* call = llvm::dyn_cast<llvm::CallBase>(&instruction);
+            if (!call || call->isInlineAsm())
+                continue;
+            const llvm::Function* const callee = call->getCalledFunction();
+            if (!callee || (callee->isDeclaration() && !callee->isIntrinsic()))
+                return true;
+            if (!callee->isIntrinsic() && !llvm::is_contained(reached, callee))
+                reached.push_back(callee);
+        }
+    return false;
 }
 
 class GpuBuild {
@@ -100,16 +141,23 @@ public:
         llvm::StripDebugInfo(unit_.module());
         times_.step("translate");
         code_.feedback += kernel_.choose();
+        if (kernel_.refuses())
+            return std::move(code_);
         code_.takesTurns = kernel_.takesTurns();
         code_.recurses = kernel_.recurses();
         code_.walksInStep = kernel_.walksInStep();
         optimizer_->dump("cut");
         verify(unit_, "cutting");
         times_.step("cut");
-        kernel_.make();
+        if (kernel_.isApart())
+            declareDispatchers(unit_.module(), request_.part);
+        else
+            kernel_.make();
         linkGpuRuntime(unit_.module(), *machine_, request_.runtime, request_.constants);
-        defineDispatchers(unit_.module(), request_, programs_.functions(), kernel_.cuts());
-        defineGroupFacts(unit_.module(), request_.groups);
+        if (request_.part != GpuPart::kKernel) {
+            defineDispatchers(unit_.module(), request_, programs_.functions(), kernel_.cuts());
+            defineGroupFacts(unit_.module(), request_.groups);
+        }
         kernel_.hideOthers();
         optimizer_->dump("linked");
         verify(unit_, "linking");
@@ -120,12 +168,18 @@ public:
         kernel_.defineConstants();
         optimizer_->dump("optimized");
         refuseUnresolved(unit_.module());
+        if (kernel_.isApart() && nestsCallsByAddress(unit_.module())) {
+            code_.feedback = "callables call functions by address, or functions of the driver";
+            return std::move(code_);
+        }
         times_.step("optimize");
         code_.ptx = withHeader(emitGpuText(unit_.module(), *machine_), header);
         times_.step("generate");
-        const GpuCalls calls(unit_.module(), code_.ptx);
-        code_.stack = calls.stack();
-        code_.calls = calls.text();
+        if (request_.part == GpuPart::kWhole) { // else the linker adds the frames of all parts
+            const GpuCalls calls(unit_.module(), code_.ptx);
+            code_.stack = calls.stack();
+            code_.calls = calls.text();
+        }
         code_.hasState = hasState(unit_.module());
         return std::move(code_);
     }

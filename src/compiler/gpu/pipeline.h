@@ -37,6 +37,13 @@ struct GpuGroup {
     uint32_t builtin = 0; // of hit groups: GroupEntry::builtinPrimitive, for debug exceptions
 };
 
+// A pipeline compiles as a whole, which gives the fastest code, or in parts that a linker joins:
+// a kernel without programs, which is the same for all pipelines with equal constants, and the
+// dispatchers that it calls, with their programs. All dispatchers are one part (kPrograms), or
+// three that compile at the same time: programs of launch indices, programs of rays, and what
+// follows traces.
+enum class GpuPart : uint8_t { kWhole, kKernel, kPrograms, kEntries, kRays, kResumes };
+
 struct GpuPipelineRequest {
     PipelineRequest pipeline;
     std::vector<GpuGroup> groups;
@@ -50,7 +57,11 @@ struct GpuPipelineRequest {
     // called by address, because the time of the driver's compiler grows faster than the size of a
     // function. Such frames take up to 1.6 times as long (docs/notes/compile-time.md has figures).
     size_t mostInlined = 24000;
+    // kKernel reads neither groups nor programs. It serves programs up to its maxTraceDepth that
+    // keep kReadyFrameBytes across a trace.
+    GpuPart part = GpuPart::kWhole;
 };
+constexpr uint64_t kReadyFrameBytes = 384;
 
 // Functions that the run-time calls with the state and a group number; the result for a group
 // without such a program is ~0u: sunstone_gpu_raygen, _start, _startHit, _startMiss, _resume,
@@ -71,6 +82,8 @@ struct GpuCode {
 constexpr const char* kGpuKernel = "sunstone_launch";
 
 // Throws like compilePipeline; kNotSupported for features that the run-time for GPUs lacks.
+// Where programs must compile together with their kernel, the text of a part is empty, and
+// `feedback` is the reason.
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
 
 // The key of the code: a digest of all its inputs.

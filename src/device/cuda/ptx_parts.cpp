@@ -256,21 +256,6 @@ struct Link {
     }
 };
 
-std::optional<std::string> link(const Driver& driver, std::vector<MachineCode>& parts) {
-    Link made{driver};
-    if (driver.linkCreate(0, nullptr, nullptr, &made.state) != CUDA_SUCCESS)
-        return {};
-    for (MachineCode& part : parts)
-        if (driver.linkAddData(made.state, CU_JIT_INPUT_CUBIN, part.cubin.data(), part.cubin.size(),
-                               nullptr, 0, nullptr, nullptr) != CUDA_SUCCESS)
-            return {};
-    void* code = nullptr;
-    size_t size = 0;
-    if (driver.linkComplete(made.state, &code, &size) != CUDA_SUCCESS || size == 0)
-        return {};
-    return std::string(static_cast<const char*>(code), size);
-}
-
 } // namespace
 
 std::vector<PtxPiece> ptxPieces(std::string_view ptx) {
@@ -300,6 +285,28 @@ std::vector<std::string> splitPtx(std::string_view ptx) {
     return Splitter(ptx).split();
 }
 
+std::optional<std::string> linkParts(const Driver& driver, const std::vector<LinkPart>& parts) {
+    std::string errors(4096, '\0');
+    CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES};
+    void* values[] = {errors.data(), reinterpret_cast<void*>(errors.size())};
+    Link made{driver};
+    void* code = nullptr;
+    size_t size = 0;
+    bool isGood = driver.linkCreate(unsigned(std::size(options)), options, values, &made.state) ==
+                  CUDA_SUCCESS;
+    for (const LinkPart& part : parts) { // the zero at the end of a text counts
+        const size_t bytes = part.bytes.size() + (part.type == CU_JIT_INPUT_PTX ? 1 : 0);
+        isGood = isGood &&
+                 driver.linkAddData(made.state, part.type, const_cast<char*>(part.bytes.c_str()),
+                                    bytes, nullptr, 0, nullptr, nullptr) == CUDA_SUCCESS;
+    }
+    if (isGood && driver.linkComplete(made.state, &code, &size) == CUDA_SUCCESS && size != 0)
+        return std::string(static_cast<const char*>(code), size);
+    log(LogLevel::kDebug, "device",
+        message("the driver does not link ", parts.size(), " parts: ", errors.c_str()));
+    return {};
+}
+
 std::optional<MachineCode> compileParts(const Driver& driver, const std::vector<std::string>& parts,
                                         unsigned computeCapability, unsigned maxRegisters) {
     std::vector<std::optional<MachineCode>> made(parts.size());
@@ -307,20 +314,17 @@ std::optional<MachineCode> compileParts(const Driver& driver, const std::vector<
         for (size_t i = begin; i < end; ++i)
             made[i] = compilePtx(parts[i], computeCapability, maxRegisters, PtxUse::kPart);
     });
-    std::vector<MachineCode> codes;
+    std::vector<LinkPart> codes;
     MachineCode all;
-    for (std::optional<MachineCode>& each : made) {
+    for (const std::optional<MachineCode>& each : made) {
         if (!each)
             return {};
         all.log += each->log;
-        codes.push_back(std::move(*each));
+        codes.push_back({CU_JIT_INPUT_CUBIN, each->cubin});
     }
-    std::optional<std::string> cubin = link(driver, codes);
-    if (!cubin) {
-        log(LogLevel::kDebug, "device",
-            message("the driver links no code of ", parts.size(), " parts"));
+    std::optional<std::string> cubin = linkParts(driver, codes);
+    if (!cubin)
         return {};
-    }
     all.cubin = std::move(*cubin);
     return all;
 }

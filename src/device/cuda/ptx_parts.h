@@ -36,4 +36,12 @@ std::vector<std::string> splitPtx(std::string_view ptx);
 std::optional<MachineCode> compileParts(const Driver& driver, const std::vector<std::string>& parts,
                                         unsigned computeCapability, unsigned maxRegisters);
 
+// Machine code or a text of a part of a program.
+struct LinkPart {
+    CUjitInputType type;
+    const std::string& bytes;
+};
+// The program of the parts. The calling thread has a current context. Empty if the driver refuses.
+std::optional<std::string> linkParts(const Driver& driver, const std::vector<LinkPart>& parts);
+
 } // namespace sunstone::device::cuda

@@ -137,6 +137,9 @@ enum GraphKind : uint32_t {
 };
 constexpr unsigned kGraphKinds = 4;
 
+// Constant of the run-time in code that serves many pipelines: the launch has the pipeline's value.
+constexpr uint32_t kGpuFactOfLaunch = 1u << 31;
+
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have
 // their indices in a row.
 constexpr unsigned kGpuBlockThreads = 64;

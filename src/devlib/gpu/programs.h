@@ -66,6 +66,11 @@ extern const uint32_t sunstone_gpu_graph;  // GraphKind
 extern const uint32_t sunstone_gpu_motion; // the pipeline is compiled with usesMotionBlur
 }
 
+// A fact of which the constant in code for many pipelines is kGpuFactOfLaunch.
+SUNSTONE_INLINE bool holds(uint32_t constant, uint32_t ofLaunch) {
+    return constant & kGpuFactOfLaunch ? ofLaunch : constant;
+}
+
 // The rule by which the API generation of this run-time finds records.
 #ifndef SUNSTONE_RECORDS
 #define SUNSTONE_RECORDS SbtRecords

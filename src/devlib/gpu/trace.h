@@ -152,7 +152,8 @@ struct Candidates {
         return anyHitEnabled(instanceFlags(), sbtWord);
     }
     SUNSTONE_INLINE_MEMBER bool runsAnyHit(bool enabled) const {
-        return sunstone_gpu_hasAnyHit && anyHitRuns(rayFlags, enabled);
+        return holds(sunstone_gpu_hasAnyHit, state->launch->hasAnyHit) &&
+               anyHitRuns(rayFlags, enabled);
     }
     SUNSTONE_INLINE_MEMBER bool flipped() const { return instanceFlags() & kInstanceFlipFacing; }
     SUNSTONE_INLINE_MEMBER bool culled(float det, uint32_t sbtWord) const {
@@ -333,7 +334,8 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
                                                 uint32_t primitive, uint32_t sbtWord) {
         if (culled(hit.det, sbtWord))
             return walk::Visit::kContinue;
-        if (sunstone_gpu_micromaps && !throughMicromap(hit, primitive, sbtWord))
+        if (holds(sunstone_gpu_micromaps, state->launch->opacityMicromaps) &&
+            !throughMicromap(hit, primitive, sbtWord))
             return walk::Visit::kContinue;
         const bool enabled = isAnyHitEnabled(sbtWord);
         if (runsAnyHit(enabled)) {
@@ -370,6 +372,12 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     }
 
     static SUNSTONE_INLINE_MEMBER uint32_t shapes() { return sunstone_gpu_shapes; }
+    SUNSTONE_INLINE_MEMBER bool meets(uint32_t shape) const {
+        return walk::meetsShape(sunstone_gpu_shapes & kGpuFactOfLaunch
+                                    ? bvh::gpu::shapeBitsOf(state->launch->primitiveTypeFlags)
+                                    : sunstone_gpu_shapes,
+                                shape);
+    }
     static SUNSTONE_INLINE_MEMBER uint32_t activeLanes() {
         uint32_t mask;
         asm volatile("activemask.b32 %0;" : "=r"(mask));
@@ -381,7 +389,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
 
     // Triangles have the same nearest hit in any order, and the same answer whether there is a hit.
     SUNSTONE_INLINE_MEMBER bool mayReorder() const {
-        return !kCustoms && !sunstone_gpu_hasAnyHit &&
+        return !kCustoms && !holds(sunstone_gpu_hasAnyHit, state->launch->hasAnyHit) &&
                (nearestFirst() || (rayFlags & kRayDisableClosestHit));
     }
 
@@ -541,7 +549,9 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     // Reports a level below the last one, which is not walked. `handle`: of its traversable, or 0.
     SUNSTONE_INLINE_MEMBER void refuseLevel(uint64_t handle = 0) {
         LaunchReport& report = reportOf(state);
-        const bool isShallow = sunstone_gpu_graph == kGraphShallow;
+        const bool isShallow =
+            sunstone_gpu_graph == kGraphShallow &&
+            !(state->launch->traversableGraphFlags & kAllowSingleLevelInstancing);
         (kMaxLevels > 1 || isShallow ? report.deepGraph : report.outsideFlags) = 1;
         if (isShallow && handle != 0) {
             const uint64_t path[] = {entered, handle};

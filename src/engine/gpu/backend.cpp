@@ -2,7 +2,9 @@
 #include "engine/gpu/backend.h"
 
 #include "base/error.h"
+#include "devlib/flags.h"
 #include "engine/accel.h"
+#include "engine/gpu/process.h"
 #include "engine/launch.h"
 
 #include <algorithm>
@@ -29,6 +31,7 @@ GpuBackend::GpuBackend(CUcontext context)
 }
 
 GpuBackend::~GpuBackend() {
+    gpuProcess().codeQueue.finish(this);
     try {
         ContextScope scope(device_.context());
         builder_.reset();
@@ -86,7 +89,7 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     }
     const bool debugging = pipeline.rules.exceptionFlags & devlib::kFlagDebug;
     const std::shared_ptr<const GpuCodeObject> kept =
-        codeOf(pipeline).get(depthOfGraphs(request.limits));
+        codeOf(pipeline).getForLaunch(depthOfGraphs(request.limits), stream);
     const GpuCodeObject& code = *kept;
     GpuLaunchSlots::Lease slot(slots_, context, stream, variable, request.validation);
     slot->findings = code.findings;
@@ -107,6 +110,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.firstPrimitive = request.firstPrimitive;
     block.launch.motionStep = request.motionStep;
     block.launch.exceptionFlags = pipeline.rules.exceptionFlags;
+    block.launch.hasAnyHit = pipeline.hasAnyHit;
+    block.launch.opacityMicromaps = request.limits.opacityMicromaps;
     block.launch.motion = pipeline.rules.motionBlur;
     block.launch.traversableGraphFlags = pipeline.rules.traversableGraphFlags;
     block.launch.primitiveTypeFlags = pipeline.rules.primitiveTypeFlags;
@@ -123,7 +128,11 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     const bool captured = isCapturing(driver(), stream);
     code.findings->patience.choose(block.work, !captured);
     const bool looksUp = debugging || !captured; // see devlib/gpu/programs.h
-    block.constants = {handles.usual, looksUp ? handles.known : 0, request.limits.maxGraphDepth};
+    // The flags limit the depth of graphs with one level of instances.
+    const bool hasOneLevel =
+        pipeline.rules.traversableGraphFlags & devlib::kAllowSingleLevelInstancing;
+    block.constants = {handles.usual, looksUp ? handles.known : 0,
+                       hasOneLevel ? devlib::kMaxGraphDepth : request.limits.maxGraphDepth};
     SUNSTONE_CU(memcpyHtoDAsync, slot->memory, &block, sizeof(block), stream);
     const CUdeviceptr params = slot->memory + GpuLaunchSlots::kParameters;
     if (given)

@@ -79,7 +79,15 @@ private:
     static GpuPipelineCode& codeOf(const Pipeline& pipeline);
     struct CodePlan;
     static unsigned depthOfGraphs(const PipelineLimits& limits);
-    std::shared_ptr<GpuCodeObject> makeCode(const CodePlan& plan, devlib::GraphKind graph);
+    std::shared_ptr<GpuCodeObject> makeCode(const CodePlan& plan, devlib::GraphKind graph,
+                                            const GpuLaterCode* later);
+    compiler::GpuCode compileWhole(const compiler::GpuPipelineRequest& request);
+    bool addMachineCode(compiler::GpuCode& code, const compiler::GpuPipelineRequest& request);
+    std::shared_ptr<const GpuLaterCode> compileLater(const compiler::GpuPipelineRequest& request,
+                                                     compiler::ObjectStore* store);
+    LoadedGpuCodes::Entry loadLater(const GpuLaterCode& later);
+    LoadedGpuCodes::Entry obtainReadyCode(const compiler::GpuPipelineRequest& request,
+                                          compiler::ObjectStore* store);
     void makeRoom(GpuCodeObject& code, const CodePlan& plan, const compiler::GpuStack& stack);
     void setStackUse(GpuCodeObject& code);
     LoadedGpuCodes::Entry obtainCode(const compiler::GpuPipelineRequest& request,

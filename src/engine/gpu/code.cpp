@@ -101,15 +101,38 @@ devlib::GraphKind graphKindOf(unsigned flags, unsigned depth) {
 
 } // namespace
 
-std::shared_ptr<GpuCodeObject> GpuPipelineCode::get(unsigned depth) {
-    const devlib::GraphKind kind = graphKindOf(flags_, depth);
-    std::lock_guard lock(mutex_);
-    const std::shared_ptr<GpuCodeObject>& any = codes_[devlib::kGraphAny];
+std::shared_ptr<GpuCodeObject>& GpuPipelineCode::find(devlib::GraphKind kind) {
+    std::shared_ptr<GpuCodeObject>& any = codes_[devlib::kGraphAny];
     if (!codes_[kind] && !any)
-        codes_[kind] = make_(kind);
+        codes_[kind] = make_(kind, nullptr);
     if (!codes_[kind] && !any)
-        codes_[devlib::kGraphAny] = make_(devlib::kGraphAny);
+        any = make_(devlib::kGraphAny, nullptr);
     return codes_[kind] ? codes_[kind] : any;
+}
+
+std::shared_ptr<GpuCodeObject> GpuPipelineCode::get(unsigned depth) {
+    std::lock_guard lock(mutex_);
+    return find(graphKindOf(flags_, depth));
+}
+
+std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, CUstream stream) {
+    std::lock_guard lock(mutex_);
+    std::shared_ptr<GpuCodeObject>& code = find(graphKindOf(flags_, depth));
+    if (!code->later || !code->later->isReady || !isIdle(driver(), stream))
+        return code;
+    const auto later = std::move(code->later);
+    if (later->code.machineCode.empty())
+        return code; // it could not be compiled
+    try {
+        std::shared_ptr<GpuCodeObject> faster =
+            make_(devlib::GraphKind(&code - codes_), later.get());
+        replaced_.push_back(std::move(code));
+        code = std::move(faster);
+    } catch (const Error& error) {
+        sunstone::log(LogLevel::kWarning, "engine",
+                      message("launches keep slower code: ", error.what()));
+    }
+    return code;
 }
 
 GpuCodeObject::~GpuCodeObject() {

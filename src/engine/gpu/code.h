@@ -6,6 +6,7 @@
 #include "device/cuda/driver.h"
 #include "devlib/gpu/launch_block.h"
 #include "engine/backend.h"
+#include "engine/gpu/code_queue.h"
 #include "engine/gpu/patience.h"
 
 #include <atomic>
@@ -58,6 +59,8 @@ public:
     devlib::LaneMemory laneMemory = {}; // claimed by its warps, if any
     std::atomic<size_t> stackBytes = 0;
     std::string feedback; // messages of the compiler
+    // Faster code that replaces this code when it is compiled, or null.
+    std::shared_ptr<const GpuLaterCode> later;
     const std::shared_ptr<LaunchFindings> findings = std::make_shared<LaunchFindings>();
 
 private:
@@ -70,8 +73,9 @@ private:
 class GpuPipelineCode final : public DeviceCode {
 public:
     // Makes code. Null where programs have variables, because code for other graphs would have
-    // copies of them. Never null for kGraphAny.
-    using Make = std::function<std::shared_ptr<GpuCodeObject>(devlib::GraphKind)>;
+    // copies of them. Never null for kGraphAny. `later`: the code to load, or null.
+    using Make =
+        std::function<std::shared_ptr<GpuCodeObject>(devlib::GraphKind, const GpuLaterCode* later)>;
     static constexpr unsigned kShallowDepth = 2; // of devlib::kGraphShallow
     // flags: OptixTraversableGraphFlags.
     GpuPipelineCode(Make make, unsigned flags) : make_(std::move(make)), flags_(flags) {}
@@ -79,14 +83,20 @@ public:
     // The code for graphs of this depth, or for any, made if there is none. Throws what `make`
     // throws.
     std::shared_ptr<GpuCodeObject> get(unsigned depth);
+    // The same for a launch. Loads code that has become ready if the stream is idle: a load waits
+    // for kernels that run, and these may wait for the caller.
+    std::shared_ptr<GpuCodeObject> getForLaunch(unsigned depth, CUstream stream);
 
 private:
     const Make make_;
     const unsigned flags_;
     std::mutex mutex_;
-    // By GraphKind. None is unloaded before the pipeline is destroyed: captured graphs may launch
-    // it.
+    std::shared_ptr<GpuCodeObject>& find(devlib::GraphKind kind); // with the mutex
+
+    // By GraphKind, and code that other code has replaced. None is unloaded before the pipeline is
+    // destroyed: captured graphs may launch it.
     std::shared_ptr<GpuCodeObject> codes_[devlib::kGraphKinds];
+    std::vector<std::shared_ptr<GpuCodeObject>> replaced_;
 };
 
 // Recently loaded code and its compiler's messages, by the key of the request. Code with module
@@ -97,6 +107,7 @@ public:
         std::string key;
         std::shared_ptr<const LoadedGpuCode> loaded;
         std::shared_ptr<const compiler::GpuCode> code; // without text and machine code
+        std::shared_ptr<const GpuLaterCode> later;     // GpuCodeObject::later
     };
     static constexpr size_t kMost = 16; // a few hundred kilobytes of device memory each, at most
 

@@ -2,20 +2,20 @@
 // Pipelines on a GPU: programs to PTX (compiler/gpu/pipeline.h), PTX to machine code by the
 // compiler that comes with the driver (device/cuda/ptx_compiler.h), or by the driver when it loads
 // the text.
-#include "base/cpu_limits.h"
+#include "base/config.h"
 #include "base/error.h"
 #include "base/log.h"
-#include "base/threads.h"
 #include "bvh/gpu/layout.h"
 #include "compiler/flavor.h"
 #include "compiler/gpu/header.h"
 #include "compiler/gpu/pipeline.h"
-#include "device/cuda/ptx_parts.h"
 #include "devlib/flags.h"
 #include "devlib/gpu/launch_block.h"
 #include "devlib/gpu_runtime.h"
 #include "engine/gpu/backend.h"
+#include "engine/gpu/machine_code.h"
 #include "engine/gpu/process.h"
+#include "engine/gpu/ready_code.h"
 #include "engine/pipeline.h"
 #include "ptx/printer.h"
 
@@ -76,85 +76,6 @@ void addCallables(compiler::GpuGroup& to, const ProgramGroup& from) {
     };
     to.callables[0] = describe(from.programs[devlib::kRoleDirect]);
     to.callables[1] = describe(from.programs[devlib::kRoleContinuation]);
-}
-
-constexpr const char* kGraphConstant = "sunstone_gpu_graph";
-uint32_t constantOf(const compiler::GpuPipelineRequest& request, std::string_view name) {
-    const auto found =
-        std::ranges::find(request.constants, name, [](const auto& each) { return each.first; });
-    return found == request.constants.end() ? 0 : found->second;
-}
-
-// Registers of a thread. Fewer registers allow more warps but spill more. Measured on an H100
-// (docs/notes/instances-gpu.md, docs/notes/programs-gpu.md):
-//
-//   kernel                                               best   faster than
-//   no instances                                           72   96 by up to 12 %
-//   one level of instances                                 80   96 by up to 6 %
-//   nodes with two motion keys                             96   72 by 9 to 19 %
-//   motion transforms                                     128   96 by 5 to 7 %
-//   takes turns, deep graphs                              128   96 by 6 %
-//   takes turns, custom primitives, curves or spheres      80   72 by 6 %
-constexpr unsigned kMostRegisters = 128;
-unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurns) {
-    const compiler::PipelineRules& rules = request.pipeline.rules;
-    constexpr unsigned kStill[] = {72, 80, 80, 80}, kTurns[] = {72, 80, 128, 80},
-                       kMoving[] = {96, 128, 128, 128}; // by GraphKind
-    const unsigned most = (rules.motionBlur ? kMoving
-                           : takesTurns     ? kTurns
-                                            : kStill)[constantOf(request, kGraphConstant)];
-    const bool onlyTriangles = !constantOf(request, "sunstone_gpu_hasIntersection") &&
-                               !constantOf(request, "sunstone_gpu_shapes");
-    return takesTurns && !onlyTriangles ? std::max(most, 80u) : most;
-}
-
-// Whether a kernel spills so much that more registers are better than more warps. Measured with 128
-// registers on an H100 (docs/notes/programs-gpu.md, docs/notes/recursion-gpu.md):
-//
-//   programs   bytes spilled   time
-//   recurse    up to 260       longer
-//   recurse    440 to 660      5 to 27 % shorter
-//   others     up to 580       longer
-//   others     820             5 % shorter
-bool spills(std::string_view log, bool recurses) {
-    return compiler::gpuSpillsIn(log) > (recurses ? 400 : 700);
-}
-
-// The kernel's machine code with few registers, or with many if it spills much otherwise. If the
-// second is often needed and there are enough processors, both are compiled at once: each takes the
-// same time.
-std::optional<MachineCode> machineCodeOf(const compiler::GpuCode& code,
-                                         const compiler::GpuPipelineRequest& request,
-                                         unsigned registers, CUcontext context) {
-    constexpr unsigned kThreads = 4;
-    std::optional<MachineCode> made[2];
-    const unsigned most[2] = {registers, kMostRegisters};
-    const std::vector<std::string> parts =
-        hasPtxCompiler() ? splitPtx(code.ptx) : std::vector<std::string>();
-    const auto make = [&](size_t i) {
-        const unsigned capability = request.target.computeCapability;
-        if (!parts.empty()) {
-            ContextScope scope(context);
-            made[i] = compileParts(driver(), parts, capability, most[i]);
-        }
-        if (!made[i])
-            made[i] = compilePtx(code.ptx, capability, most[i]);
-    };
-    const uint32_t shapes = bvh::gpu::shapeBitsOf(request.pipeline.rules.primitiveTypeFlags);
-    const bool oftenSpills = code.recurses || (shapes & bvh::gpu::kMeetsCurves);
-    if (oftenSpills && registers < kMostRegisters && cpuLimit().threads >= kThreads &&
-        hasPtxCompiler())
-        parallelFor(2, 1, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; ++i)
-                make(i);
-        });
-    else
-        make(0);
-    if (!made[0] || registers == kMostRegisters || !spills(made[0]->log, code.recurses))
-        return std::move(made[0]);
-    if (!made[1])
-        make(1);
-    return std::move(made[made[1] ? 1 : 0]);
 }
 
 // Makes room for the frames of recursion, which the driver cannot compute; false if it refuses. The
@@ -233,6 +154,77 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     setStackUse(code);
 }
 
+// The pipeline's code, with machine code where the driver has a compiler for it. Programs with
+// variables have no machine code for shallow graphs: all graphs share the variables.
+compiler::GpuCode GpuBackend::compileWhole(const compiler::GpuPipelineRequest& request) {
+    compiler::GpuCode code = compiler::compileGpuPipeline(request);
+    if (!code.hasState || constantOf(request, kGraphConstant) != devlib::kGraphShallow)
+        addMachineCode(code, request);
+    return code;
+}
+
+bool GpuBackend::addMachineCode(compiler::GpuCode& code,
+                                const compiler::GpuPipelineRequest& request) {
+    auto made =
+        machineCodeOf(code, request, registersOf(request, code.takesTurns), device_.context());
+    if (!made)
+        return false;
+    code.machineCode = std::move(made->cubin);
+    compiler::measureGpuStack(code, made->log);
+    return true;
+}
+
+std::shared_ptr<const GpuLaterCode>
+GpuBackend::compileLater(const compiler::GpuPipelineRequest& request,
+                         compiler::ObjectStore* store) {
+    const auto later = std::make_shared<GpuLaterCode>();
+    gpuProcess().codeQueue.add(this, [this, later, request, store] {
+        try {
+            later->code = compileWhole(request);
+            if (store)
+                compiler::keepGpuPipeline(compiler::keyOf(request), later->code, *store);
+            std::string().swap(later->code.ptx);
+        } catch (const std::exception& error) { // launches go on with the code that was ready
+            later->code = {};
+            log(LogLevel::kWarning, "engine",
+                message("a pipeline cannot be compiled as a whole: ", error.what()));
+        }
+        later->isReady = true;
+    });
+    return later;
+}
+
+// Code from a kernel that is there already, and from now on the whole pipeline compiles. Null
+// `loaded` where the pipeline must compile as a whole first.
+LoadedGpuCodes::Entry GpuBackend::obtainReadyCode(const compiler::GpuPipelineRequest& request,
+                                                  compiler::ObjectStore* store) {
+    const std::string& setting = config(Setting::kGpuCode);
+    const std::string key = store ? "ready " + compiler::keyOf(request) : std::string();
+    LoadedGpuCodes::Entry entry = store ? loaded_.find(key) : LoadedGpuCodes::Entry();
+    if (entry.loaded || setting == "whole")
+        return entry;
+    const auto kernel = readyKernelFor(request);
+    const std::string kernelCode = kernel ? readyKernelCode(*kernel) : std::string();
+    if (kernelCode.empty())
+        return entry;
+    std::optional<compiler::GpuCode> code =
+        readyCodeOf(request, *kernel, kernelCode, device_.context());
+    if (!code)
+        return entry;
+    std::string unused;
+    entry.loaded =
+        std::make_shared<const LoadedGpuCode>(device_.context(), *code, kMostRegisters, unused);
+    std::string().swap(code->machineCode);
+    entry.code = std::make_shared<const compiler::GpuCode>(std::move(*code));
+    if (setting != "ready")
+        entry.later = compileLater(request, store);
+    if (store) {
+        entry.key = key;
+        loaded_.add(entry);
+    }
+    return entry;
+}
+
 // Without a store no code is kept here either, because a disabled cache means compilation. `loaded`
 // is null where GpuPipelineCode::Make returns null.
 LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest& request,
@@ -251,7 +243,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
             isKept = compiler::findGpuPipeline(key, *store, code);
         else if (store->has(key))
             return entry;
-        entry = {key, nullptr, nullptr};
+        entry = {key, nullptr, nullptr, nullptr};
     }
     if (isKept && !code.machineCode.empty())
         try {
@@ -261,21 +253,20 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
                 throw;
             isKept = false; // for example of another driver with the same number
         }
-    if (!isKept)
-        code = compiler::compileGpuPipeline(request);
+    if (!isKept) {
+        if (LoadedGpuCodes::Entry ready = obtainReadyCode(request, store); ready.loaded)
+            return ready;
+        code = compileWhole(request);
+    }
     if (code.hasState && constantOf(request, kGraphConstant) == devlib::kGraphShallow) {
         if (store && !isKept)
             compiler::keepGpuPipeline(entry.key, code, *store);
         return entry;
     }
     if (!entry.loaded) {
-        const unsigned registers = registersOf(request, code.takesTurns);
-        if (auto made = machineCodeOf(code, request, registers, device_.context())) {
-            code.machineCode = std::move(made->cubin);
-            compiler::measureGpuStack(code, made->log);
+        if (code.machineCode.empty() && addMachineCode(code, request))
             isKept = false;
-        }
-        load(registers);
+        load(registersOf(request, code.takesTurns));
         if (entry.loaded->isOfText) {
             code.machineCode.clear(); // the driver accepts no machine code
             if (spills(log, code.recurses))
@@ -294,6 +285,18 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     entry.code = std::make_shared<const compiler::GpuCode>(std::move(code));
     if (isShared)
         loaded_.add(entry);
+    return entry;
+}
+
+// Loads code that another thread has compiled.
+LoadedGpuCodes::Entry GpuBackend::loadLater(const GpuLaterCode& later) {
+    std::string unused;
+    LoadedGpuCodes::Entry entry;
+    entry.loaded = std::make_shared<const LoadedGpuCode>(device_.context(), later.code,
+                                                         kMostRegisters, unused);
+    auto code = std::make_shared<compiler::GpuCode>(later.code);
+    std::string().swap(code->machineCode);
+    entry.code = std::move(code);
     return entry;
 }
 
@@ -354,14 +357,17 @@ void GpuBackend::makeRoom(GpuCodeObject& code, const CodePlan& plan,
              " bytes of stack a thread, which this GPU cannot give to all of them");
 }
 
-std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, devlib::GraphKind graph) {
+std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, devlib::GraphKind graph,
+                                                    const GpuLaterCode* later) {
     ContextScope scope(device_.context());
-    const LoadedGpuCodes::Entry entry = obtainCode(plan.requestFor(graph), plan.cache);
+    const LoadedGpuCodes::Entry entry =
+        later ? loadLater(*later) : obtainCode(plan.requestFor(graph), plan.cache);
     if (!entry.loaded)
         return nullptr;
     const compiler::GpuCode& code = *entry.code;
     auto loaded = std::make_shared<GpuCodeObject>(device_.context(), entry.loaded);
     loaded->feedback = code.feedback;
+    loaded->later = entry.later;
     loaded->firstGroup = plan.firstGroup;
     loaded->blockThreads =
         code.walksInStep ? devlib::kGpuStepBlockThreads : devlib::kGpuBlockThreads;
@@ -418,7 +424,9 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_motion", pipeline.rules.motionBlur},
     };
     const auto code = std::make_shared<GpuPipelineCode>(
-        [this, plan](devlib::GraphKind graph) { return makeCode(plan, graph); },
+        [this, plan](devlib::GraphKind graph, const GpuLaterCode* later) {
+            return makeCode(plan, graph, later);
+        },
         pipeline.rules.traversableGraphFlags);
     pipeline.deviceCode = code;
     pipeline.feedback =

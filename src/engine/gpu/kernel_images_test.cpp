@@ -5,6 +5,7 @@
 
 #include "bvh/gpu/kernels_ptx.h"
 #include "engine/gpu/kernel_code.h"
+#include "engine/gpu/ready_code.h"
 
 #include <gtest/gtest.h>
 #include <zstd.h>
@@ -87,6 +88,21 @@ TEST(KernelImages, TheLibraryHasItsBuilders) {
     EXPECT_GT(kernels, 30u);
     EXPECT_NE(built.find(90, 99000, "batch_closest"), "");
     EXPECT_NE(built.find(90, 99000, "denoiser sunstone_guides"), "");
+}
+
+TEST(KernelImages, TheLibraryHasItsReadyKernels) {
+    const KernelImages& built = builtKernelImages();
+    if (built.count() == 0)
+        GTEST_SKIP() << "no ptxas here: the archive is empty";
+    const auto kernels = readyKernels({}, {});
+    EXPECT_EQ(kernels.size(), 18u);
+    for (const auto& kernel : kernels)
+        for (const unsigned capability : {75u, 80u, 86u, 90u}) {
+            const std::string code = built.find(capability, 99000, readyKernelId(kernel));
+            ASSERT_GT(code.size(), 64u) << readyKernelId(kernel) << ", " << capability;
+            EXPECT_EQ(code.substr(1, 3), "ELF");
+            EXPECT_NE(code.find("sunstone_gpu_resumeAny"), code.npos) << "a dispatcher to link";
+        }
 }
 
 // No compiler is available here, so code is either an image or left to the driver.

@@ -3,6 +3,7 @@
 // limits belong to CUDA contexts, which several device contexts may use.
 #pragma once
 
+#include "engine/gpu/code_queue.h"
 #include "engine/gpu/handle_table.h"
 #include "engine/gpu/kernel_code.h"
 #include "engine/gpu/structures.h"
@@ -15,6 +16,7 @@ struct GpuProcess {
     GpuHandleTable handles;
     GpuTableFollowers followers;
     KnownKernelCode kernels;
+    GpuCodeQueue codeQueue;
     // Held from the query of a CUDA context's stack limit to its change.
     std::mutex stackLimit;
 };

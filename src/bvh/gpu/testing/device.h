@@ -174,6 +174,7 @@ struct ShapePrograms : NoMotion, OneLane {
     ShapeHit hit{};
 
     static uint32_t shapes() { return kMeetsSpheres | kMeetsLinear | kMeetsCurves; }
+    bool meets(uint32_t) const { return true; }
     Visit triangle(gpu::Ray&, const TriangleHit&, uint32_t, uint32_t) { return Visit::kContinue; }
     Visit custom(gpu::Ray&, uint32_t, uint32_t) { return Visit::kContinue; }
     Visit shape(gpu::Ray& ray, const ShapeHit& h) {

@@ -12,6 +12,7 @@
 //       Visit triangle(Ray& ray, const TriangleHit& hit, uint32_t primitive, uint32_t sbt);
 //       Visit custom(Ray& ray, uint32_t primitive, uint32_t sbt); // runs an intersection program
 //       static uint32_t shapes(); // ShapeBits of the curves and spheres that may be met
+//       bool meets(uint32_t shape) const; // one of these, in this launch
 //       Visit shape(Ray& ray, const ShapeHit& hit); // as triangle()
 //       // Before the child of an instance or of a transform in the caller's memory (its handle,
 //       // tag included) is entered: false skips it. Transforms fill world-to-object of this level.
@@ -66,6 +67,7 @@ enum class Visit : uint32_t { kContinue, kEnd };
 // Bases for Programs without curves and spheres, without motion, or that run alone.
 struct NoShapes {
     static SUNSTONE_INLINE_MEMBER uint32_t shapes() { return 0; }
+    SUNSTONE_INLINE_MEMBER bool meets(uint32_t) const { return false; }
     SUNSTONE_INLINE_MEMBER Visit shape(Ray&, const ShapeHit&) { return Visit::kContinue; }
 };
 struct NoMotion {
@@ -708,7 +710,7 @@ private:
         const U4 first = fields.first;
         const BlockType type = BlockType(first.z);
         const bool wanted = first.x == kGpuBlockMagic && first.w != kNoNode &&
-                            fits(type, fields.shape()) && isRay(ray) &&
+                            fits(programs, type, fields.shape()) && isRay(ray) &&
                             isThere(programs, *header) && enterShapes(type, ray);
         if (!wanted) {
             if constexpr (!Programs::kMotion)
@@ -784,10 +786,10 @@ private:
         return true;
     }
 
-    static SUNSTONE_INLINE_MEMBER bool fits(BlockType withBits, uint32_t shape) {
+    static SUNSTONE_INLINE_MEMBER bool fits(const Programs& programs, BlockType withBits,
+                                            uint32_t shape) {
         const BlockType type = kindOf(withBits);
-        return (Programs::shapes() && type == BlockType::kShapes &&
-                meetsShape(Programs::shapes(), shape)) ||
+        return (Programs::shapes() && type == BlockType::kShapes && programs.meets(shape)) ||
                (Programs::kTriangles && type == BlockType::kTriangles) ||
                (Programs::kCustoms && type == BlockType::kCustom) ||
                (Programs::kInstances && type == BlockType::kInstances);

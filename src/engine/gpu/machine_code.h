@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Machine code of a pipeline's text, by the compiler that comes with the GPU's driver: how many
+// registers a thread gets, and whether the text compiles in parts.
+#pragma once
+
+#include "compiler/gpu/pipeline.h"
+#include "device/cuda/ptx_parts.h"
+
+#include <optional>
+#include <string_view>
+
+namespace sunstone::engine {
+
+constexpr const char* kGraphConstant = "sunstone_gpu_graph";
+// A constant of the run-time in this request; 0 if the request does not set it.
+uint32_t constantOf(const compiler::GpuPipelineRequest& request, std::string_view name);
+
+constexpr unsigned kMostRegisters = 128;
+// Registers of a thread that suit most kernels of this kind.
+unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurns);
+// Whether a kernel spills so much that kMostRegisters are better. `log`: the compiler's.
+bool spills(std::string_view log, bool recurses);
+
+// Machine code with `registers`, or with kMostRegisters. Empty as compilePtx() says.
+std::optional<device::cuda::MachineCode> machineCodeOf(const compiler::GpuCode& code,
+                                                       const compiler::GpuPipelineRequest& request,
+                                                       unsigned registers, CUcontext context);
+
+} // namespace sunstone::engine

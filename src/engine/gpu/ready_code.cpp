@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/gpu/ready_code.h"
+
+#include "base/config.h"
+#include "base/cpu_limits.h"
+#include "base/log.h"
+#include "base/threads.h"
+#include "device/cuda/ptx_parts.h"
+#include "devlib/gpu/launch_block.h"
+#include "engine/gpu/kernel_code.h"
+#include "engine/gpu/machine_code.h"
+#include "engine/gpu/process.h"
+
+#include <chrono>
+
+namespace sunstone::engine {
+
+using namespace device::cuda;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Whether the driver links texts, as the CPU device does.
+bool linksTexts() {
+    return !hasPtxCompiler();
+}
+
+std::optional<std::string> codeOf(const std::string& text, unsigned capability,
+                                  unsigned registers) {
+    if (linksTexts())
+        return text;
+    auto made = compilePtx(text, capability, registers, PtxUse::kPart);
+    return made ? std::optional(std::move(made->cubin)) : std::nullopt;
+}
+
+// The parts of a pipeline's programs.
+struct Programs {
+    std::vector<compiler::GpuPart> parts;
+    std::vector<compiler::GpuCode> codes;
+    std::vector<std::string> machineCodes; // empty: compiled together with the kernel only
+
+    // Parts compile at the same time where there are processors for them.
+    Programs() {
+        using enum compiler::GpuPart;
+        if (cpuLimit().threads > 2)
+            parts = {kEntries, kRays, kResumes};
+        else
+            parts = {kPrograms};
+        codes.resize(parts.size());
+        machineCodes.resize(parts.size());
+    }
+
+    void compile(const compiler::GpuPipelineRequest& request, unsigned registers) {
+        parallelFor(parts.size(), 1, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i) {
+                compiler::GpuPipelineRequest part = request;
+                part.part = parts[i];
+                codes[i] = compiler::compileGpuPipeline(part);
+                if (!codes[i].ptx.empty() && !codes[i].hasState)
+                    machineCodes[i] =
+                        codeOf(codes[i].ptx, request.target.computeCapability, registers)
+                            .value_or("");
+            }
+        });
+    }
+};
+
+} // namespace
+
+std::string compileReadyKernel(const compiler::GpuPipelineRequest& kernel) {
+    KnownKernelCode& known = gpuProcess().kernels;
+    const std::string key = compiler::keyOf(kernel.target, readyKernelId(kernel));
+    std::string code;
+    if (!known.find(key, code)) {
+        code = codeOf(compiler::compileGpuPipeline(kernel).ptx, kernel.target.computeCapability,
+                      readyKernelRegisters(kernel))
+                   .value_or("");
+        known.add(key, code);
+    }
+    return code;
+}
+
+std::string readyKernelCode(const compiler::GpuPipelineRequest& kernel) {
+    const compiler::GpuTarget& gpu = kernel.target;
+    const std::string id = readyKernelId(kernel);
+    std::string code;
+    if (const KernelImages* images = linksTexts() ? nullptr : usableKernelImages())
+        code = images->find(gpu.computeCapability, gpu.driverVersion, id);
+    if (code.empty() && !gpuProcess().kernels.find(compiler::keyOf(gpu, id), code) &&
+        config(Setting::kGpuCode) == "ready")
+        code = compileReadyKernel(kernel);
+    return code;
+}
+
+std::optional<compiler::GpuCode> readyCodeOf(const compiler::GpuPipelineRequest& request,
+                                             const compiler::GpuPipelineRequest& kernel,
+                                             const std::string& kernelCode, CUcontext context) {
+    const auto start = Clock::now();
+    Programs programs;
+    programs.compile(request, readyKernelRegisters(kernel));
+    const CUjitInputType type = linksTexts() ? CU_JIT_INPUT_PTX : CU_JIT_INPUT_CUBIN;
+    std::vector<LinkPart> parts = {{type, kernelCode}};
+    for (size_t i = 0; i < programs.parts.size(); ++i) {
+        if (programs.machineCodes[i].empty()) {
+            log(LogLevel::kDebug, "engine",
+                message("no code that is ready: ", programs.codes[i].hasState
+                                                       ? "programs have variables"
+                                                       : programs.codes[i].feedback));
+            return {};
+        }
+        parts.push_back({type, programs.machineCodes[i]});
+    }
+    ContextScope scope(context);
+    auto linked = linkParts(driver(), parts);
+    if (!linked)
+        return {};
+    compiler::GpuCode code;
+    code.feedback = programs.codes.front().feedback + "kernel: " + readyKernelId(kernel) + "\n";
+    code.machineCode = std::move(*linked);
+    code.stack.isMeasured = true; // the linker adds all frames to the kernel's
+    code.takesTurns = code.recurses = true;
+    code.walksInStep = constantOf(kernel, "sunstone_gpu_motion") &&
+                       constantOf(kernel, kGraphConstant) != devlib::kGraphGas;
+    const std::chrono::duration<double, std::milli> time = Clock::now() - start;
+    log(LogLevel::kDebug, "engine",
+        message("pipeline for ", readyKernelId(kernel), " in ", time.count(), " ms"));
+    return code;
+}
+
+} // namespace sunstone::engine
