@@ -27,7 +27,7 @@ SUNSTONE_GROUP_STATIC unsigned int threadsOfBlock() {
 
 // Reads a value of any type, word by word, from a lane of the mask.
 template <class T>
-SUNSTONE_GROUP_STATIC T fromLane(unsigned int mask, T value, unsigned int lane) {
+SUNSTONE_GROUP_STATIC T fromLane(unsigned int mask, SUNSTONE_LANE T value, unsigned int lane) {
     constexpr int kWords = (int)((sizeof(T) + 3) / 4);
     unsigned int words[kWords] = {};
     __builtin_memcpy(words, &value, sizeof(T));
@@ -61,6 +61,10 @@ public:
     }
     SUNSTONE_GROUP_STATIC dim3 dim_threads() { return dim3(blockDim.x, blockDim.y, blockDim.z); }
     SUNSTONE_GROUP_STATIC dim3 group_dim() { return dim_threads(); }
+    // A split barrier: the wait does the work of both.
+    struct arrival_token {};
+    SUNSTONE_GROUP arrival_token barrier_arrive() const { return {}; }
+    SUNSTONE_GROUP void barrier_wait(arrival_token&&) const { sync(); }
 };
 SUNSTONE_GROUP_STATIC thread_block this_thread_block() { return thread_block(); }
 
@@ -111,20 +115,22 @@ namespace details {
 template <class Group>
 class WarpGroup {
 public:
+    // Shuffles take references, because clang 19 applies the attribute of SUNSTONE_LANE to another
+    // argument of member functions.
     SUNSTONE_GROUP void sync() const { __syncwarp(self().mask()); }
     SUNSTONE_GROUP unsigned int size() const { return self().num_threads(); }
     template <class T>
-    SUNSTONE_GROUP T shfl(T value, int rank) const {
+    SUNSTONE_GROUP T shfl(const T& value, int rank) const {
         return fromLane(self().mask(), value,
                         self().laneOf((unsigned int)rank % self().num_threads()));
     }
     template <class T>
-    SUNSTONE_GROUP T shfl_up(T value, unsigned int delta) const {
+    SUNSTONE_GROUP T shfl_up(const T& value, unsigned int delta) const {
         const unsigned int rank = self().thread_rank();
         return fromLane(self().mask(), value, self().laneOf(rank < delta ? rank : rank - delta));
     }
     template <class T>
-    SUNSTONE_GROUP T shfl_down(T value, unsigned int delta) const {
+    SUNSTONE_GROUP T shfl_down(const T& value, unsigned int delta) const {
         const unsigned int rank = self().thread_rank();
         return fromLane(self().mask(), value,
                         self().laneOf(rank + delta < self().num_threads() ? rank + delta : rank));
@@ -173,7 +179,7 @@ public:
         return lanes >> (details::laneIndex() / kSize * kSize);
     }
     template <class T>
-    SUNSTONE_GROUP T shfl_xor(T value, unsigned int lanes) const {
+    SUNSTONE_GROUP T shfl_xor(const T& value, unsigned int lanes) const {
         return details::fromLane(mask(), value, laneOf((thread_rank() ^ lanes) % kSize));
     }
     // The rank of this tile among the tiles of its parent.
@@ -215,6 +221,33 @@ private:
 };
 SUNSTONE_GROUP_STATIC coalesced_group coalesced_threads() { return coalesced_group(__activemask()); }
 
+// A block or threads of a warp, whichever the caller passes.
+class thread_group {
+public:
+    SUNSTONE_GROUP thread_group(const thread_block&) : mask_(0) {}
+    template <class Group>
+    SUNSTONE_GROUP thread_group(const details::WarpGroup<Group>& group)
+        : mask_(static_cast<const Group&>(group).mask()) {}
+    SUNSTONE_GROUP void sync() const {
+        if (mask_)
+            __syncwarp(mask_);
+        else
+            __syncthreads();
+    }
+    SUNSTONE_GROUP unsigned int num_threads() const {
+        return mask_ ? coalesced_group(mask_).num_threads() : details::threadsOfBlock();
+    }
+    SUNSTONE_GROUP unsigned int size() const { return num_threads(); }
+    SUNSTONE_GROUP unsigned int thread_rank() const {
+        return mask_ ? coalesced_group(mask_).thread_rank() : details::threadRankInBlock();
+    }
+    // Lanes of the warp; 0: the group is the block.
+    SUNSTONE_GROUP unsigned int mask() const { return mask_; }
+
+private:
+    unsigned int mask_;
+};
+
 // ---- dividing groups --------------------------------------------------------------------------------
 template <unsigned int kSize>
 SUNSTONE_GROUP_STATIC thread_block_tile<kSize, thread_block> tiled_partition(const thread_block& block) {
@@ -235,6 +268,13 @@ SUNSTONE_GROUP_STATIC coalesced_group tiled_partition(const coalesced_group& gro
     for (unsigned int rank = first; rank < first + size && rank < group.num_threads(); ++rank)
         mask |= 1u << group.laneOf(rank);
     return coalesced_group(mask, first / size, (group.num_threads() + size - 1) / size);
+}
+// `size` is a power of two up to 32.
+SUNSTONE_GROUP_STATIC thread_group tiled_partition(const thread_group& group, unsigned int size) {
+    if (group.mask())
+        return tiled_partition(coalesced_group(group.mask()), size);
+    const unsigned int first = details::laneIndex() / size * size;
+    return coalesced_group((0xffffffffu >> (32 - size)) << first & __activemask());
 }
 // Threads with the same label.
 template <class Group, class Label>
@@ -274,6 +314,15 @@ template <class Group, class Function>
 SUNSTONE_GROUP_STATIC void invoke_one(const Group& group, Function&& function) {
     if (group.thread_rank() == 0)
         function();
+}
+// All threads get the result. The group is a tile or coalesced.
+template <class Group, class Function>
+SUNSTONE_GROUP_STATIC auto invoke_one_broadcast(const Group& group, Function&& function)
+    -> decltype(function()) {
+    decltype(function()) result{};
+    if (group.thread_rank() == 0)
+        result = function();
+    return group.shfl(result, 0);
 }
 
 } // namespace cooperative_groups

@@ -17,6 +17,7 @@
 #define __noinline__ __attribute__((noinline))
 #define __launch_bounds__(...) __attribute__((launch_bounds(__VA_ARGS__)))
 #define __maxnreg__(n)
+#define __inline_hint__
 #define __device_builtin__
 #if defined(__has_attribute) && __has_attribute(grid_constant)
 #define __grid_constant__ __attribute__((grid_constant))

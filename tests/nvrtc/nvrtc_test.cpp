@@ -269,6 +269,15 @@ TEST(Nvrtc, LogsHaveNameAndLine) {
     EXPECT_EQ(warned.log(), "");
 }
 
+// Programs that add headers one by one read the name of the next one.
+TEST(Nvrtc, LogsNameMissingHeaders) {
+    Program program("#include \"a/b.h\"\n", "mine.cu", {"a/b.h"}, {"\n#include <next.cuh>\n"});
+    EXPECT_EQ(program.compile(), NVRTC_ERROR_COMPILATION);
+    EXPECT_TRUE(has(program.log(), "\na/b.h(2): catastrophic error: cannot open source file "
+                                   "\"next.cuh\"\n"))
+        << program.log();
+}
+
 TEST(Nvrtc, HeadersInMemory) {
     Program program(
         "#include \"value.h\"\n#include <deep/in/folders.h>\n#include \"../../above.h\"\n"
@@ -355,6 +364,97 @@ TEST(Nvrtc, OptionsChangeTheCode) {
     EXPECT_TRUE(has(program.ptx(), "default_program"));
     ASSERT_EQ(program.compile({"-G"}), NVRTC_SUCCESS) << program.log();
     EXPECT_TRUE(has(program.ptx(), ".debug_info") || has(program.ptx(), ".section"));
+}
+
+// nvcc's dialect: what clang refuses or translates otherwise by default.
+TEST(Nvrtc, RegistersWithOnePercent) {
+    Program program("#define READ(x, name) asm(\"mov.u32 %0, %\" #name \";\" : \"=r\"(x))\n"
+                    "extern \"C\" __global__ void put(int* to) {\n"
+                    "    int lane, size;\n"
+                    "    asm volatile(\"mov.u32 %0, %laneid;\" : \"=r\"(lane));\n"
+                    "    READ(size, ntid.x);\n"
+                    "    *to = 40 + lane + 2 * size;\n"
+                    "}\n");
+    ASSERT_EQ(program.compile(), NVRTC_SUCCESS) << program.log();
+    EXPECT_EQ(valueOf(program.ptx()), 42);
+    Program faulty("__device__ void f() { int x; asm(\"mov.u32 %0, %laneid;\" : \"=r\"(x)); }\n"
+                   "fault\n",
+                   "mine.cu");
+    EXPECT_EQ(faulty.compile(), NVRTC_ERROR_COMPILATION);
+    EXPECT_TRUE(has(faulty.log(), "mine.cu(2): error")) << faulty.log();
+    EXPECT_FALSE(has(faulty.log(), "invalid % escape")) << faulty.log();
+}
+
+TEST(Nvrtc, DeclaredVariablesAreDefinedUnlessRelocatable) {
+    const std::string source =
+        "extern \"C\" __constant__ int five; extern __device__ int two[3];\n"
+        "extern \"C\" __global__ void put(int* to) { *to = five + two[1]; }\n";
+    Program whole(source);
+    ASSERT_EQ(whole.compile(), NVRTC_SUCCESS) << whole.log();
+    EXPECT_EQ(valueOf(whole.ptx()), 0);
+    Program part(source);
+    ASSERT_EQ(part.compile({"-rdc=true"}), NVRTC_SUCCESS) << part.log();
+    EXPECT_TRUE(has(part.ptx(), ".extern .const")) << part.ptx();
+}
+
+TEST(Nvrtc, MemoryIsReadAsOtherTypes) {
+    Program program("__device__ __noinline__ int both(float* f, unsigned short* half) {\n"
+                    "    f[0] = 1.5f;\n"
+                    "    half[1] = 0x4000;\n"
+                    "    return f[0] == 2.0f;\n"
+                    "}\n"
+                    "extern \"C\" __global__ void put(int* to) {\n"
+                    "    float f[2];\n"
+                    "    *to = both(f, (unsigned short*)f);\n"
+                    "}\n");
+    ASSERT_EQ(program.compile(), NVRTC_SUCCESS) << program.log();
+    EXPECT_EQ(valueOf(program.ptx()), 1);
+}
+
+TEST(Nvrtc, VariablesThatOnlyOneLaneSets) {
+    Program program("template <class T> __device__ __noinline__ T first(T value) {\n"
+                    "    return __shfl_sync(__activemask(), value, 0);\n"
+                    "}\n"
+                    "extern \"C\" __global__ void put(int* to) {\n"
+                    "    int base;\n"
+                    "    if (threadIdx.x == 0)\n"
+                    "        base = atomicAdd(to, 7);\n"
+                    "    base = first(base);\n"
+                    "    atomicAdd(to, base * 0 + 1);\n"
+                    "}\n");
+    ASSERT_EQ(program.compile(), NVRTC_SUCCESS) << program.log();
+    EXPECT_TRUE(has(program.ptx(), "bra")) << program.ptx(); // the first lane alone adds
+}
+
+TEST(Nvrtc, ReturnsThatAreMissing) {
+    Program program("__device__ int count(int* to) { *to += 20; }\n"
+                    "__device__ bool isEven(int x) { if (x % 2 == 0) return true; }\n"
+                    "extern \"C\" __global__ void put(int* to) {\n"
+                    "    *to = 1;\n"
+                    "    count(to);\n"
+                    "    isEven(*to);\n"
+                    "    count(to);\n"
+                    "}\n");
+    ASSERT_EQ(program.compile(), NVRTC_SUCCESS) << program.log();
+    EXPECT_EQ(valueOf(program.ptx()), 41);
+}
+
+TEST(Nvrtc, WordsOfTheDialect) {
+    Program program("#include <cuda_pipeline.h>\n#include <sm_20_atomic_functions.h>\n"
+                    "__managed__ int counter;\n"
+                    "__device__ __inline_hint__ float sum(float3 v) { return v.x + v.y + v.z; }\n"
+                    "extern \"C\" __global__ void put(int* to) {\n"
+                    "    __shared__ int copy[4];\n"
+                    "    *to = 7;\n"
+                    "    __pipeline_memcpy_async(copy, to, 4);\n"
+                    "    __pipeline_memcpy_async(copy + 1, to, 4, 3);\n"
+                    "    __pipeline_commit();\n"
+                    "    __pipeline_wait_prior(0);\n"
+                    "    float3 narrow = {copy[0], copy[1], blockDim.x};\n"
+                    "    *to = ++counter + (int)sum(narrow);\n"
+                    "}\n");
+    ASSERT_EQ(program.compile(), NVRTC_SUCCESS) << program.log();
+    EXPECT_EQ(valueOf(program.ptx()), 16);
 }
 
 TEST(Nvrtc, FunctionsAreForTheDeviceIfAsked) {

@@ -153,6 +153,32 @@ TEST(Optixu, OptionsAreThoseOfNvcc) {
     EXPECT_NE(texts(sizes).second.find("no-such-option"), std::string::npos);
 }
 
+// As nvcc compiles it: memory may be read as another type, and a lane may pass a variable that only
+// another lane has set.
+TEST(Optixu, SourcesMeanWhatNvccMeans) {
+    const char* const source =
+        "extern \"C\" __device__ __noinline__ int both(float* f, unsigned short* half) {\n"
+        "    f[0] = 1.5f;\n"
+        "    half[1] = 0x4000;\n"
+        "    return f[0] == 2.0f;\n"
+        "}\n"
+        "template <class T> __device__ __noinline__ T first(T value) {\n"
+        "    return __shfl_sync(__activemask(), value, 0);\n"
+        "}\n"
+        "extern \"C\" __device__ int once(int* to) {\n"
+        "    int base;\n"
+        "    if (threadIdx.x == 0)\n"
+        "        base = atomicAdd(to, both(nullptr, nullptr));\n"
+        "    return first(base);\n"
+        "}\n";
+    Sizes sizes;
+    ASSERT_EQ(rtuCUDACompileString(source, nullptr, 0, &sizes.result, &sizes.error), RT_SUCCESS)
+        << texts(sizes).second;
+    const std::string ptx = texts(sizes).first;
+    EXPECT_NE(ptx.find("setp.eq.f32"), std::string::npos) << ptx;
+    EXPECT_NE(ptx.find("bra"), std::string::npos) << ptx;
+}
+
 TEST(Optixu, WrongSourcesHaveMessages) {
     const char* arguments[] = {kInclude};
     Sizes sizes;

@@ -4,6 +4,7 @@
 // architecture; the PTX is packed (sunstone_fatbin) and embedded in the host's object.
 #include "options.h"
 
+#include "api/nvrtc/asm_text.h"
 #include "api/nvrtc/compiler.h"
 #include "base/error.h"
 
@@ -11,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -37,15 +39,22 @@ std::string shown(const Words& command) {
     return text;
 }
 
-// Runs a command; its exit code.
-int execute(const Words& command) {
+// Runs a command; its exit code. Its messages go to a file if there is a name.
+int execute(const Words& command, const std::string& messages = "") {
     std::vector<char*> arguments;
     for (const std::string& word : command)
         arguments.push_back(const_cast<char*>(word.c_str())); // posix_spawn does not write
     arguments.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    if (!messages.empty())
+        posix_spawn_file_actions_addopen(&actions, 2, messages.c_str(),
+                                         O_WRONLY | O_CREAT | O_TRUNC, 0600);
     pid_t child = 0;
-    if (const int error =
-            posix_spawnp(&child, arguments[0], nullptr, nullptr, arguments.data(), environ))
+    const int error =
+        posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error)
         throw std::runtime_error("nvcc fatal   : cannot start " + command[0] + ": " +
                                  std::strerror(error));
     int status = 0;
@@ -68,6 +77,7 @@ public:
 
 private:
     void step(const Words& command);
+    void translate(const Words& options, const std::string& source, const std::string& output);
     Words clang() const { return {nvrtc::compiler().path, "--cuda-path=/nonexistent"}; }
     Words preprocessor() const;
     std::string languageOf(const std::string& source) const;
@@ -130,14 +140,52 @@ void Steps::compilePtx(const std::string& source, int architecture, const std::s
     nvrtc::Options device = line_.device;
     device.architecture = architecture;
     device.quiet = true; // the host's compilation has the same warnings
-    Words command = {nvrtc::compiler().path};
-    const auto append = [&](const Words& words) {
+    if (line_.isDry)
+        return translate(nvrtc::clangArguments(device), source, output);
+    // clang would replace a special file that the output may be.
+    const std::string file = folder_.path() + "/" + std::to_string(files_++) + "_device.ptx";
+    translate(nvrtc::clangArguments(device), source, file);
+    std::ifstream in(file, std::ios::binary);
+    std::string ptx(std::istreambuf_iterator<char>(in), {});
+    if (!device.relocatable)
+        ptx = nvrtc::defineVariables(std::move(ptx));
+    std::ofstream out(output, std::ios::binary);
+    out << ptx;
+    if (!out.flush())
+        throw std::runtime_error("nvcc fatal   : cannot write " + output);
+}
+
+// Device code to PTX. If assembly is in nvcc's dialect, clang gets preprocessed source.
+void Steps::translate(const Words& options, const std::string& source, const std::string& output) {
+    Words translation = {nvrtc::compiler().path};
+    const auto append = [](Words& command, const Words& words) {
         command.insert(command.end(), words.begin(), words.end());
     };
-    append(nvrtc::clangArguments(device));
-    append(preprocessor());
-    append({"-S", "-o", output, source});
+    append(translation, options);
+    Words command = translation;
+    append(command, preprocessor());
+    Words whole = command;
+    append(whole, {"-S", "-o", output, source});
+    if (line_.isDry)
+        return step(whole);
+    const std::string messages = folder_.path() + "/messages.txt";
+    if (line_.isVerbose)
+        std::fprintf(stderr, "#$ %s\n", shown(whole).c_str());
+    const int code = execute(whole, messages);
+    std::ifstream in(messages);
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    if (code == 0 || text.find(nvrtc::kInvalidPercent) == std::string::npos) {
+        std::fputs(text.c_str(), stderr);
+        if (code)
+            throw Failed{code};
+        return;
+    }
+    const std::string preprocessed = folder_.path() + "/preprocessed.cu";
+    append(command, {"-E", "-o", preprocessed, source});
     step(command);
+    nvrtc::doublePercentsOfFile(preprocessed);
+    append(translation, {"-S", "-o", output, preprocessed});
+    step(translation);
 }
 
 // The fat binary of a source.
@@ -164,8 +212,8 @@ Words Steps::hostCommand(const std::string& source) const {
     if (language != "c")
         append({"-std=" + line_.device.standard});
     if (language == "cuda") {
-        append({"--cuda-host-only", "-nocudainc", "-nocudalib", "-Xclang",
-                "-target-sdk-version=12.0",
+        append({"--cuda-host-only", "-nocudainc", "-nocudalib", "-Wno-c++11-narrowing", "-Xclang",
+                "-fcuda-allow-variadic-functions", "-Xclang", "-target-sdk-version=12.0",
                 "--cuda-gpu-arch=sm_" + std::to_string(line_.architectures.front())});
         append(preprocessor());
         if (line_.device.relocatable)

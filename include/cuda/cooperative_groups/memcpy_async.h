@@ -19,6 +19,12 @@ SUNSTONE_GROUP_STATIC void memcpy_async(const Group& group, T* to, const T* from
     for (size_t i = words * 4 + group.thread_rank(); i < bytes; i += group.num_threads())
         t[i] = f[i];
 }
+// Counts of elements; the smaller one counts.
+template <class Group, class T>
+SUNSTONE_GROUP_STATIC void memcpy_async(const Group& group, T* to, size_t toCount, const T* from,
+                                        size_t fromCount) {
+    memcpy_async(group, to, from, (toCount < fromCount ? toCount : fromCount) * sizeof(T));
+}
 template <class Group>
 SUNSTONE_GROUP_STATIC void wait(const Group& group) {
     group.sync();

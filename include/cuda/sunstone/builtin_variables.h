@@ -22,6 +22,7 @@ struct SunstoneBuiltin_threadIdx {
         uint3 v = {get_x(), get_y(), get_z()};
         return v;
     }
+    __device__ operator dim3() const { return dim3(get_x(), get_y(), get_z()); }
 };
 extern const __device__ __attribute__((weak)) SunstoneBuiltin_threadIdx threadIdx;
 
@@ -42,6 +43,7 @@ struct SunstoneBuiltin_blockIdx {
         uint3 v = {get_x(), get_y(), get_z()};
         return v;
     }
+    __device__ operator dim3() const { return dim3(get_x(), get_y(), get_z()); }
 };
 extern const __device__ __attribute__((weak)) SunstoneBuiltin_blockIdx blockIdx;
 

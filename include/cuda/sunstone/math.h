@@ -355,6 +355,46 @@ SUNSTONE_HOST_MINMAX(double, float, double)
 static __inline__ __host__ float rsqrtf(float x) { return 1.0f / __builtin_sqrtf(x); }
 static __inline__ __host__ double rsqrt(double x) { return 1.0 / __builtin_sqrt(x); }
 static __inline__ __host__ float rsqrt(float x) { return rsqrtf(x); }
+static __inline__ __host__ float rcbrtf(float x) {
+    return 1.0f / __builtin_cbrtf(x);
+}
+static __inline__ __host__ double rcbrt(double x) {
+    return 1.0 / __builtin_cbrt(x);
+}
+static __inline__ __host__ float rcbrt(float x) {
+    return rcbrtf(x);
+}
+#if !defined(__GLIBC__) || __GLIBC__ == 2 && __GLIBC_MINOR__ < 41 // newer ones have these functions
+// The argument is reduced to a turn before the product with pi is rounded.
+static __inline__ __host__ double sinpi(double x) {
+    const double turn = __builtin_remainder(x, 2.0);
+    return turn == __builtin_trunc(turn) ? turn * 0.0 : __builtin_sin(turn * 3.141592653589793);
+}
+static __inline__ __host__ double cospi(double x) {
+    const double turn = __builtin_fabs(__builtin_remainder(x, 2.0));
+    return turn == 0.5 ? 0.0 : __builtin_cos(turn * 3.141592653589793);
+}
+static __inline__ __host__ float sinpif(float x) {
+    return (float)sinpi((double)x);
+}
+static __inline__ __host__ float cospif(float x) {
+    return (float)cospi((double)x);
+}
+#endif
+static __inline__ __host__ float sinpi(float x) {
+    return sinpif(x);
+}
+static __inline__ __host__ float cospi(float x) {
+    return cospif(x);
+}
+static __inline__ __host__ void sincospi(double x, double* sine, double* cosine) {
+    *sine = sinpi(x);
+    *cosine = cospi(x);
+}
+static __inline__ __host__ void sincospif(float x, float* sine, float* cosine) {
+    *sine = sinpif(x);
+    *cosine = cospif(x);
+}
 
 namespace std {
 using ::abs;

@@ -25,6 +25,7 @@ struct __align__(2) SUNSTONE_NARROW {
         return *this;
     }
     SUNSTONE_MEMBER operator SUNSTONE_RAW() const { return SUNSTONE_RAW{__x}; }
+    SUNSTONE_MEMBER operator SUNSTONE_RAW() const volatile { return SUNSTONE_RAW{__x}; }
     SUNSTONE_MEMBER operator float() const { return SUNSTONE_WIDEN(__x); }
 #define SUNSTONE_FROM(T)                                                                           \
     SUNSTONE_MEMBER SUNSTONE_NARROW(T x)                                                           \

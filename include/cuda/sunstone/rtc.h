@@ -7,4 +7,8 @@
 
 #include <assert.h>
 
+// No host code of the source reads the variable.
+#undef __managed__
+#define __managed__ __attribute__((device))
+
 #endif

@@ -273,6 +273,12 @@ SUNSTONE_HOST cudaError_t cudaOccupancyAvailableDynamicSMemPerBlock(size_t* byte
                                                        blockSize);
 }
 
+// The form of CUDA 11, with a node and a text that describe errors.
+SUNSTONE_HOST cudaError_t cudaGraphInstantiate(cudaGraphExec_t* exec, cudaGraph_t graph,
+                                               cudaGraphNode_t*, char*, size_t) {
+    return ::cudaGraphInstantiate(exec, graph, 0);
+}
+
 #undef SUNSTONE_HOST
 
 // ---- small constructors ------------------------------------------------------------------------

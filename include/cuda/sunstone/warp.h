@@ -5,6 +5,14 @@
 
 #include "intrinsics.h"
 
+// The parameter of a value that other lanes read: a lane may pass a variable that only the lanes
+// which are read have set. Without the attribute clang assumes that every lane has set it.
+#if __has_attribute(maybe_undef)
+#define SUNSTONE_LANE __attribute__((maybe_undef))
+#else
+#define SUNSTONE_LANE
+#endif
+
 // ---- barriers and fences ----------------------------------------------------------------------
 // __syncthreads is a compiler built-in.
 SUNSTONE_DEVICE int __syncthreads_count(int p) {
@@ -71,144 +79,158 @@ SUNSTONE_DEVICE unsigned int __lane_id() {
 }
 
 // ---- shuffles ---------------------------------------------------------------------------------
-SUNSTONE_DEVICE int __shfl_sync(unsigned int mask, int v, int lane, int width = 32) {
+SUNSTONE_DEVICE int __shfl_sync(unsigned int mask, SUNSTONE_LANE int v, int lane, int width = 32) {
     int r;
     asm volatile("shfl.sync.idx.b32 %0, %1, %2, %3, %4;"
                  : "=r"(r)
                  : "r"(v), "r"(lane), "r"(((32 - width) << 8) | 0x1f), "r"(mask));
     return r;
 }
-SUNSTONE_DEVICE unsigned int __shfl_sync(unsigned int mask, unsigned int v, int lane,
+SUNSTONE_DEVICE unsigned int __shfl_sync(unsigned int mask, SUNSTONE_LANE unsigned int v, int lane,
                                          int width = 32) {
     return (unsigned int)__shfl_sync(mask, (int)v, lane, width);
 }
-SUNSTONE_DEVICE float __shfl_sync(unsigned int mask, float v, int lane, int width = 32) {
+SUNSTONE_DEVICE float __shfl_sync(unsigned int mask, SUNSTONE_LANE float v, int lane,
+                                  int width = 32) {
     return __int_as_float(__shfl_sync(mask, __float_as_int(v), lane, width));
 }
-SUNSTONE_DEVICE long long __shfl_sync(unsigned int mask, long long v, int lane, int width = 32) {
+SUNSTONE_DEVICE long long __shfl_sync(unsigned int mask, SUNSTONE_LANE long long v, int lane,
+                                      int width = 32) {
     int lo = __shfl_sync(mask, (int)v, lane, width);
     int hi = __shfl_sync(mask, (int)(v >> 32), lane, width);
     return (long long)(((unsigned long long)(unsigned)hi << 32) | (unsigned)lo);
 }
-SUNSTONE_DEVICE unsigned long long __shfl_sync(unsigned int mask, unsigned long long v, int lane,
-                                               int width = 32) {
+SUNSTONE_DEVICE unsigned long long
+__shfl_sync(unsigned int mask, SUNSTONE_LANE unsigned long long v, int lane, int width = 32) {
     return (unsigned long long)__shfl_sync(mask, (long long)v, lane, width);
 }
-SUNSTONE_DEVICE long __shfl_sync(unsigned int mask, long v, int lane, int width = 32) {
+SUNSTONE_DEVICE long __shfl_sync(unsigned int mask, SUNSTONE_LANE long v, int lane,
+                                 int width = 32) {
     return (long)__shfl_sync(mask, (long long)v, lane, width);
 }
-SUNSTONE_DEVICE unsigned long __shfl_sync(unsigned int mask, unsigned long v, int lane,
-                                          int width = 32) {
+SUNSTONE_DEVICE unsigned long __shfl_sync(unsigned int mask, SUNSTONE_LANE unsigned long v,
+                                          int lane, int width = 32) {
     return (unsigned long)__shfl_sync(mask, (long long)v, lane, width);
 }
-SUNSTONE_DEVICE double __shfl_sync(unsigned int mask, double v, int lane, int width = 32) {
+SUNSTONE_DEVICE double __shfl_sync(unsigned int mask, SUNSTONE_LANE double v, int lane,
+                                   int width = 32) {
     return __longlong_as_double(__shfl_sync(mask, __double_as_longlong(v), lane, width));
 }
-SUNSTONE_DEVICE int __shfl_up_sync(unsigned int mask, int v, unsigned int delta, int width = 32) {
+SUNSTONE_DEVICE int __shfl_up_sync(unsigned int mask, SUNSTONE_LANE int v, unsigned int delta,
+                                   int width = 32) {
     int r;
     asm volatile("shfl.sync.up.b32 %0, %1, %2, %3, %4;"
                  : "=r"(r)
                  : "r"(v), "r"(delta), "r"(((32 - width) << 8) | 0), "r"(mask));
     return r;
 }
-SUNSTONE_DEVICE unsigned int __shfl_up_sync(unsigned int mask, unsigned int v, unsigned int delta,
-                                            int width = 32) {
+SUNSTONE_DEVICE unsigned int __shfl_up_sync(unsigned int mask, SUNSTONE_LANE unsigned int v,
+                                            unsigned int delta, int width = 32) {
     return (unsigned int)__shfl_up_sync(mask, (int)v, delta, width);
 }
-SUNSTONE_DEVICE float __shfl_up_sync(unsigned int mask, float v, unsigned int delta,
+SUNSTONE_DEVICE float __shfl_up_sync(unsigned int mask, SUNSTONE_LANE float v, unsigned int delta,
                                      int width = 32) {
     return __int_as_float(__shfl_up_sync(mask, __float_as_int(v), delta, width));
 }
-SUNSTONE_DEVICE long long __shfl_up_sync(unsigned int mask, long long v, unsigned int delta,
-                                         int width = 32) {
+SUNSTONE_DEVICE long long __shfl_up_sync(unsigned int mask, SUNSTONE_LANE long long v,
+                                         unsigned int delta, int width = 32) {
     int lo = __shfl_up_sync(mask, (int)v, delta, width);
     int hi = __shfl_up_sync(mask, (int)(v >> 32), delta, width);
     return (long long)(((unsigned long long)(unsigned)hi << 32) | (unsigned)lo);
 }
-SUNSTONE_DEVICE unsigned long long __shfl_up_sync(unsigned int mask, unsigned long long v,
+SUNSTONE_DEVICE unsigned long long __shfl_up_sync(unsigned int mask,
+                                                  SUNSTONE_LANE unsigned long long v,
                                                   unsigned int delta, int width = 32) {
     return (unsigned long long)__shfl_up_sync(mask, (long long)v, delta, width);
 }
-SUNSTONE_DEVICE long __shfl_up_sync(unsigned int mask, long v, unsigned int delta, int width = 32) {
+SUNSTONE_DEVICE long __shfl_up_sync(unsigned int mask, SUNSTONE_LANE long v, unsigned int delta,
+                                    int width = 32) {
     return (long)__shfl_up_sync(mask, (long long)v, delta, width);
 }
-SUNSTONE_DEVICE unsigned long __shfl_up_sync(unsigned int mask, unsigned long v, unsigned int delta,
-                                             int width = 32) {
+SUNSTONE_DEVICE unsigned long __shfl_up_sync(unsigned int mask, SUNSTONE_LANE unsigned long v,
+                                             unsigned int delta, int width = 32) {
     return (unsigned long)__shfl_up_sync(mask, (long long)v, delta, width);
 }
-SUNSTONE_DEVICE double __shfl_up_sync(unsigned int mask, double v, unsigned int delta,
+SUNSTONE_DEVICE double __shfl_up_sync(unsigned int mask, SUNSTONE_LANE double v, unsigned int delta,
                                       int width = 32) {
     return __longlong_as_double(__shfl_up_sync(mask, __double_as_longlong(v), delta, width));
 }
-SUNSTONE_DEVICE int __shfl_down_sync(unsigned int mask, int v, unsigned int delta, int width = 32) {
+SUNSTONE_DEVICE int __shfl_down_sync(unsigned int mask, SUNSTONE_LANE int v, unsigned int delta,
+                                     int width = 32) {
     int r;
     asm volatile("shfl.sync.down.b32 %0, %1, %2, %3, %4;"
                  : "=r"(r)
                  : "r"(v), "r"(delta), "r"(((32 - width) << 8) | 0x1f), "r"(mask));
     return r;
 }
-SUNSTONE_DEVICE unsigned int __shfl_down_sync(unsigned int mask, unsigned int v, unsigned int delta,
-                                              int width = 32) {
+SUNSTONE_DEVICE unsigned int __shfl_down_sync(unsigned int mask, SUNSTONE_LANE unsigned int v,
+                                              unsigned int delta, int width = 32) {
     return (unsigned int)__shfl_down_sync(mask, (int)v, delta, width);
 }
-SUNSTONE_DEVICE float __shfl_down_sync(unsigned int mask, float v, unsigned int delta,
+SUNSTONE_DEVICE float __shfl_down_sync(unsigned int mask, SUNSTONE_LANE float v, unsigned int delta,
                                        int width = 32) {
     return __int_as_float(__shfl_down_sync(mask, __float_as_int(v), delta, width));
 }
-SUNSTONE_DEVICE long long __shfl_down_sync(unsigned int mask, long long v, unsigned int delta,
-                                           int width = 32) {
+SUNSTONE_DEVICE long long __shfl_down_sync(unsigned int mask, SUNSTONE_LANE long long v,
+                                           unsigned int delta, int width = 32) {
     int lo = __shfl_down_sync(mask, (int)v, delta, width);
     int hi = __shfl_down_sync(mask, (int)(v >> 32), delta, width);
     return (long long)(((unsigned long long)(unsigned)hi << 32) | (unsigned)lo);
 }
-SUNSTONE_DEVICE unsigned long long __shfl_down_sync(unsigned int mask, unsigned long long v,
+SUNSTONE_DEVICE unsigned long long __shfl_down_sync(unsigned int mask,
+                                                    SUNSTONE_LANE unsigned long long v,
                                                     unsigned int delta, int width = 32) {
     return (unsigned long long)__shfl_down_sync(mask, (long long)v, delta, width);
 }
-SUNSTONE_DEVICE long __shfl_down_sync(unsigned int mask, long v, unsigned int delta,
+SUNSTONE_DEVICE long __shfl_down_sync(unsigned int mask, SUNSTONE_LANE long v, unsigned int delta,
                                       int width = 32) {
     return (long)__shfl_down_sync(mask, (long long)v, delta, width);
 }
-SUNSTONE_DEVICE unsigned long __shfl_down_sync(unsigned int mask, unsigned long v,
+SUNSTONE_DEVICE unsigned long __shfl_down_sync(unsigned int mask, SUNSTONE_LANE unsigned long v,
                                                unsigned int delta, int width = 32) {
     return (unsigned long)__shfl_down_sync(mask, (long long)v, delta, width);
 }
-SUNSTONE_DEVICE double __shfl_down_sync(unsigned int mask, double v, unsigned int delta,
-                                        int width = 32) {
+SUNSTONE_DEVICE double __shfl_down_sync(unsigned int mask, SUNSTONE_LANE double v,
+                                        unsigned int delta, int width = 32) {
     return __longlong_as_double(__shfl_down_sync(mask, __double_as_longlong(v), delta, width));
 }
-SUNSTONE_DEVICE int __shfl_xor_sync(unsigned int mask, int v, int laneMask, int width = 32) {
+SUNSTONE_DEVICE int __shfl_xor_sync(unsigned int mask, SUNSTONE_LANE int v, int laneMask,
+                                    int width = 32) {
     int r;
     asm volatile("shfl.sync.bfly.b32 %0, %1, %2, %3, %4;"
                  : "=r"(r)
                  : "r"(v), "r"(laneMask), "r"(((32 - width) << 8) | 0x1f), "r"(mask));
     return r;
 }
-SUNSTONE_DEVICE unsigned int __shfl_xor_sync(unsigned int mask, unsigned int v, int laneMask,
-                                             int width = 32) {
+SUNSTONE_DEVICE unsigned int __shfl_xor_sync(unsigned int mask, SUNSTONE_LANE unsigned int v,
+                                             int laneMask, int width = 32) {
     return (unsigned int)__shfl_xor_sync(mask, (int)v, laneMask, width);
 }
-SUNSTONE_DEVICE float __shfl_xor_sync(unsigned int mask, float v, int laneMask, int width = 32) {
+SUNSTONE_DEVICE float __shfl_xor_sync(unsigned int mask, SUNSTONE_LANE float v, int laneMask,
+                                      int width = 32) {
     return __int_as_float(__shfl_xor_sync(mask, __float_as_int(v), laneMask, width));
 }
-SUNSTONE_DEVICE long long __shfl_xor_sync(unsigned int mask, long long v, int laneMask,
-                                          int width = 32) {
+SUNSTONE_DEVICE long long __shfl_xor_sync(unsigned int mask, SUNSTONE_LANE long long v,
+                                          int laneMask, int width = 32) {
     int lo = __shfl_xor_sync(mask, (int)v, laneMask, width);
     int hi = __shfl_xor_sync(mask, (int)(v >> 32), laneMask, width);
     return (long long)(((unsigned long long)(unsigned)hi << 32) | (unsigned)lo);
 }
-SUNSTONE_DEVICE unsigned long long __shfl_xor_sync(unsigned int mask, unsigned long long v,
-                                                   int laneMask, int width = 32) {
+SUNSTONE_DEVICE unsigned long long __shfl_xor_sync(unsigned int mask,
+                                                   SUNSTONE_LANE unsigned long long v, int laneMask,
+                                                   int width = 32) {
     return (unsigned long long)__shfl_xor_sync(mask, (long long)v, laneMask, width);
 }
-SUNSTONE_DEVICE long __shfl_xor_sync(unsigned int mask, long v, int laneMask, int width = 32) {
+SUNSTONE_DEVICE long __shfl_xor_sync(unsigned int mask, SUNSTONE_LANE long v, int laneMask,
+                                     int width = 32) {
     return (long)__shfl_xor_sync(mask, (long long)v, laneMask, width);
 }
-SUNSTONE_DEVICE unsigned long __shfl_xor_sync(unsigned int mask, unsigned long v, int laneMask,
-                                              int width = 32) {
+SUNSTONE_DEVICE unsigned long __shfl_xor_sync(unsigned int mask, SUNSTONE_LANE unsigned long v,
+                                              int laneMask, int width = 32) {
     return (unsigned long)__shfl_xor_sync(mask, (long long)v, laneMask, width);
 }
-SUNSTONE_DEVICE double __shfl_xor_sync(unsigned int mask, double v, int laneMask, int width = 32) {
+SUNSTONE_DEVICE double __shfl_xor_sync(unsigned int mask, SUNSTONE_LANE double v, int laneMask,
+                                       int width = 32) {
     return __longlong_as_double(__shfl_xor_sync(mask, __double_as_longlong(v), laneMask, width));
 }
 

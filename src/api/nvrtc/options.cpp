@@ -242,26 +242,16 @@ std::vector<std::string> clangArguments(const Options& options) {
     const int architecture = options.architecture;
     // Drivers since 470 (CUDA 11.4) read PTX 7.4.
     const char* version = architecture >= 89 ? "+ptx83" : "+ptx74";
-    std::vector<std::string> arguments = {"-x",
-                                          "cuda",
-                                          "--cuda-device-only",
-                                          "-nocudainc",
-                                          "-nocudalib",
-                                          "--cuda-path=/nonexistent",
-                                          "--cuda-gpu-arch=sm_" + std::to_string(architecture),
-                                          "-Xclang",
-                                          "-target-feature",
-                                          "-Xclang",
-                                          version,
-                                          "-Xclang",
-                                          "-fcuda-allow-variadic-functions",
-                                          "-std=" + options.standard,
-                                          "-fdiagnostics-format=msvc",
-                                          "-fno-show-column",
-                                          "-fno-color-diagnostics",
-                                          "-Wno-unknown-pragmas",
-                                          "-Wno-ignored-attributes",
-                                          "-Wno-unused-command-line-argument"};
+    std::vector<std::string> arguments = {
+        "-x", "cuda", "--cuda-device-only", "-nocudainc", "-nocudalib", "--cuda-path=/nonexistent",
+        "--cuda-gpu-arch=sm_" + std::to_string(architecture), "-Xclang", "-target-feature",
+        "-Xclang", version, "-Xclang", "-fcuda-allow-variadic-functions",
+        // CUDA code reads memory as other types, passes variables to shuffles that only some lanes
+        // have set, and leaves out returns whose values nobody reads.
+        "-fno-strict-aliasing", "-Xclang", "-no-enable-noundef-analysis", "-fno-strict-return",
+        "-std=" + options.standard, "-fdiagnostics-format=msvc", "-fno-show-column",
+        "-fno-color-diagnostics", "-Wno-c++11-narrowing", "-Wno-unknown-pragmas",
+        "-Wno-ignored-attributes", "-Wno-unused-command-line-argument"};
     const auto add = [&](bool condition, std::initializer_list<const char*> words) {
         if (condition)
             arguments.insert(arguments.end(), words.begin(), words.end());

@@ -4,6 +4,7 @@
 // is then removed from the PTX.
 #include "api/nvrtc/program.h"
 
+#include "api/nvrtc/asm_text.h"
 #include "api/nvrtc/compiler.h"
 #include "base/error.h"
 #include "base/log.h"
@@ -117,6 +118,17 @@ std::string sourceText(const std::string& source, const std::string& name,
     return text;
 }
 
+// The message for a missing header in the toolkit's words: programs read the header's name in the
+// log and compile again with its text.
+void nameMissingHeader(std::string& text) {
+    const std::string before = ": fatal error: '", after = "' file not found";
+    const size_t at = text.find(before), end = text.find(after, at);
+    if (at == std::string::npos || end == std::string::npos || text.find('\n', at) < end)
+        return;
+    text.replace(end, after.size(), "\"");
+    text.replace(at, before.size(), ": catastrophic error: cannot open source file \"");
+}
+
 // The log in the form of NVRTC, without paths of temporary files.
 std::string shownLog(std::string text, const std::string& folder, const std::string& name) {
     for (size_t at; (at = text.find(folder + "/")) != std::string::npos;)
@@ -124,6 +136,7 @@ std::string shownLog(std::string text, const std::string& folder, const std::str
     const std::string summary = " generated when compiling for ";
     if (const size_t at = text.find(summary); at != std::string::npos)
         text.replace(at, text.find('\n', at) - at, " in the compilation of " + quoted(name) + ".");
+    nameMissingHeader(text);
     return text;
 }
 
@@ -183,6 +196,41 @@ nvrtcResult Program::compile(const std::vector<std::string>& words, int defaultA
     return result;
 }
 
+// The compiler's run for a source in the folder of the output.
+ChildResult Program::runClang(const Options& options, const std::vector<std::string>& folders,
+                              const std::string& source, const std::string& output) const {
+    std::vector<std::string> translation = {compiler().path};
+    const auto append = [](std::vector<std::string>& command,
+                           const std::vector<std::string>& list) {
+        command.insert(command.end(), list.begin(), list.end());
+    };
+    append(translation, clangArguments(options));
+    std::vector<std::string> command = translation;
+    // Sunstone's CUDA headers precede the folders that the program names.
+    const std::string& headers = compiler().headers;
+    append(command, predefinedMacros(options));
+    append(command, {"-I" + headers, "-include", headers + "/cuda_runtime.h", "-include",
+                     headers + "/sunstone/rtc.h"});
+    append(command, folders);
+    append(command, options.preprocessor);
+    if (options.sourceFolder)
+        append(command,
+               {"-I" + (fs::path(name_).has_parent_path() ? fs::path(name_).parent_path().string()
+                                                          : std::string("."))});
+    std::vector<std::string> whole = command;
+    append(whole, {"-S", "-o", output, source});
+    const std::string folder = fs::path(output).parent_path().string();
+    const ChildResult child = runChild(whole, folder);
+    if (child.output.find(kInvalidPercent) == std::string::npos)
+        return child;
+    const std::string preprocessed = folder + "/preprocessed.cu";
+    append(command, {"-E", "-o", preprocessed, source});
+    runChild(command, folder);
+    doublePercentsOfFile(preprocessed);
+    append(translation, {"-S", "-o", output, preprocessed});
+    return runChild(translation, folder);
+}
+
 nvrtcResult Program::run(const Options& options) {
     const TemporaryFolder folder;
     Tree tree(folder.path(), headers_);
@@ -190,28 +238,14 @@ nvrtcResult Program::run(const Options& options) {
         tree.write(header);
     writeFile(tree.source(), sourceText(source_, name_, expressions_, options.defaultDevice));
     const std::string output = folder.path() + "/program.ptx";
-    std::vector<std::string> command = {compiler().path};
-    const auto append = [&](const std::vector<std::string>& list) {
-        command.insert(command.end(), list.begin(), list.end());
-    };
-    append(clangArguments(options));
-    // Sunstone's CUDA headers precede the folders that the program names.
-    const std::string& headers = compiler().headers;
-    append(predefinedMacros(options));
-    append({"-I" + headers, "-include", headers + "/cuda_runtime.h", "-include",
-            headers + "/sunstone/rtc.h"});
-    append(tree.arguments());
-    append(options.preprocessor);
-    if (options.sourceFolder)
-        append({"-I" + (fs::path(name_).has_parent_path() ? fs::path(name_).parent_path().string()
-                                                          : std::string("."))});
-    append({"-S", "-o", output, tree.source().string()});
-    const ChildResult child = runChild(command, folder.path());
+    const ChildResult child = runClang(options, tree.arguments(), tree.source().string(), output);
     log_ += shownLog(child.output, tree.folder().string(), name_);
     if (child.started && child.code > 128)
         log_ += message("nvrtc: error: clang ended with signal ", child.code - 128, "\n");
     std::ifstream in(output, std::ios::binary);
     ptx_.assign(std::istreambuf_iterator<char>(in), {});
+    if (!options.relocatable)
+        ptx_ = defineVariables(std::move(ptx_));
     // The code is -1 if the application reaps all children; clang writes no PTX when it fails.
     const bool isGood = child.started && (child.code == 0 || child.code == -1) &&
                         (options.syntaxOnly || !ptx_.empty());

@@ -2,6 +2,7 @@
 // A program of NVRTC: its texts, name expressions and results.
 #pragma once
 
+#include "api/nvrtc/compiler.h"
 #include "api/nvrtc/options.h"
 
 #include <map>
@@ -32,6 +33,8 @@ public:
 
 private:
     nvrtcResult run(const Options& options);
+    ChildResult runClang(const Options& options, const std::vector<std::string>& folders,
+                         const std::string& source, const std::string& output) const;
     bool takeNames();
 
     std::mutex mutex_;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The toolkit's cooperative groups: blocks, tiles, coalesced threads, labelled groups, the grid.
 #include <cooperative_groups.h>
+#include <cooperative_groups/memcpy_async.h>
 #include <cooperative_groups/reduce.h>
 #include <cooperative_groups/scan.h>
 #include <cuda_runtime.h>
+
+#include <utility>
 
 #include "check.h"
 
@@ -29,11 +32,14 @@ __global__ void coalesced(int* counters, int* ranks) {
     const int t = threadIdx.x;
     if (t % 3 == 0) {
         const cg::coalesced_group group = cg::coalesced_threads();
-        int first = 0;
-        if (group.thread_rank() == 0)
+        int first, again; // set by one thread, which the others read
+        if (group.thread_rank() == 0) {
             first = atomicAdd(&counters[0], int(group.size()));
+            again = atomicAdd(&counters[3], 1);
+        }
         first = group.shfl(first, 0);
-        ranks[t] = int(group.thread_rank()) + first * 0;
+        again = __shfl_sync(__activemask(), again, 0);
+        ranks[t] = int(group.thread_rank()) + (first + again) * 0;
     } else {
         ranks[t] = -1;
     }
@@ -41,6 +47,42 @@ __global__ void coalesced(int* counters, int* ranks) {
     const auto same = cg::labeled_partition(warp, t % 5);
     atomicMax(&counters[1], int(same.size()));
     atomicAdd(&counters[2], cg::reduce(same, 1, cg::plus<int>()));
+}
+
+// A function for groups of any kind.
+__device__ int sumOf(const cg::thread_group& group, int* scratch, int value) {
+    for (int step = int(group.size()) / 2; step > 0; step /= 2) {
+        scratch[group.thread_rank()] = value;
+        group.sync();
+        if (int(group.thread_rank()) < step)
+            value += scratch[int(group.thread_rank()) + step];
+        group.sync();
+    }
+    return value;
+}
+
+__global__ void anyGroup(const int* in, int* out, int* counter) {
+    __shared__ int scratch[128], copied[128];
+    const cg::thread_block block = cg::this_thread_block();
+    cg::memcpy_async(block, copied, 128, in, 64);
+    cg::wait(block);
+    const int t = int(block.thread_rank()), value = copied[t % 64];
+    const int ofBlock = sumOf(block, scratch, value);
+    const cg::thread_group warp = cg::tiled_partition(block, 32);
+    const cg::thread_group few = cg::tiled_partition(warp, 8);
+    const int ofWarp = sumOf(warp, scratch + t / 32 * 32, value);
+    const int ofFew = sumOf(few, scratch + t / 8 * 8, value);
+    auto token = block.barrier_arrive();
+    block.barrier_wait(std::move(token));
+    if (t == 0)
+        out[0] = ofBlock;
+    if (t % 32 == 0)
+        out[1 + t / 32] = ofWarp;
+    if (t % 8 == 0)
+        out[5 + t / 8] = ofFew;
+    const cg::coalesced_group all = cg::coalesced_threads();
+    out[32 + t] = cg::invoke_one_broadcast(all, [&] { return atomicAdd(counter, 1); }) * 0 +
+                  int(all.size());
 }
 
 __global__ void wholeGrid(int* a, int* b, int n) {
@@ -84,7 +126,15 @@ int main() {
     std::printf("coalesced: %d threads, ranks", b[0]);
     for (int t = 0; t < 64; t += 3)
         std::printf(" %d", a[t]);
-    std::printf("; labelled: largest %d, sum %d\n", b[1], b[2]);
+    std::printf("; labelled: largest %d, sum %d; adds %d\n", b[1], b[2], b[3]);
+
+    for (int i = 0; i < 64; ++i)
+        a[i] = i * i;
+    CHECK(cudaMemset(b, 0, 4096 * sizeof(int)));
+    anyGroup<<<1, 128>>>(a, b, b + 1000);
+    CHECK(cudaDeviceSynchronize());
+    std::printf("any group: block %d, warps %d %d, eight threads %d %d; calls %d of %d\n", b[0], b[1],
+                b[2], b[5], b[12], b[1000], b[32]);
 
     const int blocks = 8, threads = 128;
     int n = blocks * threads;

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "api/nvrtc/asm_text.h"
+
+#include <gtest/gtest.h>
+
+using sunstone::nvrtc::defineVariables;
+using sunstone::nvrtc::doublePercents;
+
+TEST(AsmText, NamesOfRegistersGetASecondPercent) {
+    EXPECT_EQ(doublePercents("asm(\"mov.u32 %0, %laneid;\" : \"=r\"(x));"),
+              "asm(\"mov.u32 %0, %%laneid;\" : \"=r\"(x));");
+    EXPECT_EQ(doublePercents("asm volatile (\"mov.u32 %0, \"\n\"%tid.x;\\n\" : \"=r\"(x));"),
+              "asm volatile (\"mov.u32 %0, \"\n\"%%tid.x;\\n\" : \"=r\"(x));");
+    EXPECT_EQ(doublePercents("__asm__ __volatile__(\"a %rd1, % x\"::);"),
+              "__asm__ __volatile__(\"a %%rd1, %% x\"::);");
+}
+
+TEST(AsmText, WhatClangAcceptsStays) {
+    for (const char* text : {
+             "asm(\"mov.u32 %0, %%laneid; {%1, %[name]} %r1 %{ %= %| %}\" : \"=r\"(x));",
+             "asm(\"mov.u32 a, %laneid;\");",         // without operands there are no escapes
+             "printf(\"%smid asm(\", \"%laneid:\");", // no statement
+             "const char* s = R\"(asm(\"%laneid\":))\";",
+             "char q = '\"', r = '\\''; int n = 1'000; asmx(\"%laneid\" :",
+             "# 1 \"asm(\"\nint asm_;\n",
+             "asm",
+             "asm(",
+             "asm(\"%laneid",
+             "\"",
+             "'",
+             "R\"x(",
+             "",
+         })
+        EXPECT_EQ(doublePercents(text), text);
+}
+
+TEST(AsmText, DeclaredVariablesBecomeDefinitions) {
+    EXPECT_EQ(defineVariables("\n.extern .const .align 4 .b8 k[16];\n.extern .global .u32 g;\n"),
+              "\n.const .align 4 .b8 k[16];\n.global .u32 g;\n");
+    for (const char* text :
+         {"\n.extern .shared .align 4 .b8 s[];\n", "\n.extern .global .b8 a[];\n",
+          "\n.extern .func f;\n", "\n.visible .const .u32 k;\n", ""})
+        EXPECT_EQ(defineVariables(text), text);
+}
