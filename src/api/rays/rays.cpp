@@ -16,6 +16,7 @@
 #include <link.h>
 
 #include <algorithm>
+#include <deque>
 #include <functional>
 #include <map>
 #include <string>
@@ -98,6 +99,7 @@ struct Cuda {
     decltype(&::cuPointerGetAttribute) pointerGetAttribute = nullptr;
     decltype(&::cuCtxPushCurrent) ctxPushCurrent = nullptr;
     decltype(&::cuCtxPopCurrent) ctxPopCurrent = nullptr;
+    bool operator==(const Cuda&) const = default;
 };
 
 // Counts loads and unloads of libraries.
@@ -112,10 +114,10 @@ uint64_t libraryChanges() {
     return changes;
 }
 
-const Cuda* findCuda() {
+Cuda findCuda() {
     void* const library = dlopen("libcuda.so.1", RTLD_LAZY | RTLD_NOLOAD);
     if (!library)
-        return nullptr;
+        return {};
     Cuda made;
     const auto find = [&](auto& member, const char* name) {
         member = reinterpret_cast<std::remove_reference_t<decltype(member)>>(dlsym(library, name));
@@ -125,7 +127,7 @@ const Cuda* findCuda() {
     find(made.ctxPopCurrent, device::cuda::DriverNames::ctxPopCurrent);
     dlclose(library);
     const bool complete = made.pointerGetAttribute && made.ctxPushCurrent && made.ctxPopCurrent;
-    return complete ? new Cuda(made) : nullptr; // never freed: another thread may be in a call
+    return complete ? made : Cuda();
 }
 
 // Queries the loader only after a change, because an unsuccessful search takes longer than a query
@@ -133,12 +135,17 @@ const Cuda* findCuda() {
 const Cuda* loadedCuda() {
     static auto* const mutex = new std::mutex;
     static uint64_t asked = ~uint64_t(0);
+    static auto* const all = new std::deque<Cuda>; // never freed: other threads may be in a call
     static const Cuda* found = nullptr;
     const uint64_t changes = libraryChanges();
     std::lock_guard lock(*mutex);
     if (asked != changes) {
-        found = findCuda();
         asked = changes;
+        const Cuda now = findCuda();
+        const auto known = std::find(all->begin(), all->end(), now);
+        found = now == Cuda()         ? nullptr
+                : known != all->end() ? &*known
+                                      : &all->emplace_back(now);
     }
     return found;
 }

@@ -12,6 +12,7 @@
 #include <optix_stack_size.h>
 #include <optix_stubs.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -327,7 +328,7 @@ void checkHit(const Params& params, const Result& r, const std::vector<unsigned 
     expect(r.called == 10.5f, "direct callable");
     expect(r.sbtData == 4000, "SBT data and launch size");
     expect(r.listSize == types.size() &&
-               std::memcmp(r.listTypes, types.data(), types.size() * sizeof(types[0])) == 0,
+               std::equal(types.begin(), types.end(), r.listTypes),
            "transform list");
     const float vertices[9] = {-1, -1, 0, 3, -1, 0, -1, 3, 0};
     expect(near(r.vertices, vertices, 9, 0.0f), "vertex data");
