@@ -56,7 +56,11 @@ struct Programs {
             for (size_t i = begin; i < end; ++i) {
                 compiler::GpuPipelineRequest part = request;
                 part.part = parts[i];
-                codes[i] = compiler::compileGpuPipeline(part);
+                try {
+                    codes[i] = compiler::compileGpuPipeline(part);
+                } catch (const std::exception& error) { // the whole pipeline will report it
+                    codes[i].feedback = error.what();
+                }
                 if (!codes[i].ptx.empty() && !codes[i].hasState)
                     machineCodes[i] =
                         codeOf(codes[i].ptx, request.target.computeCapability, registers)
