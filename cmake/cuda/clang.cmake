@@ -8,7 +8,7 @@ endif()
 set(CUDAToolkit_ROOT "${CMAKE_CURRENT_LIST_DIR}" CACHE PATH "Toolkit-shaped folder of Sunstone")
 string(CONCAT CMAKE_CUDA_FLAGS_INIT "-nocudainc -nocudalib -Wno-unknown-cuda-version --no-cuda-version-check -Wno-unused-command-line-argument "
     # As in src/api/nvrtc/options.cpp.
-    "-fno-strict-aliasing -Xclang -no-enable-noundef-analysis -fno-strict-return "
+    "-fno-strict-aliasing -Xclang -no-enable-noundef-analysis -fno-strict-return -fno-strict-float-cast-overflow "
     "--cuda-path=${CMAKE_CURRENT_LIST_DIR} -I${CMAKE_CURRENT_LIST_DIR}/include "
     "-include ${CMAKE_CURRENT_LIST_DIR}/include/cuda_runtime.h")
 foreach(kind IN ITEMS EXE SHARED MODULE) # for cudadevrt, which CMake links

@@ -439,6 +439,20 @@ TEST(Nvrtc, ReturnsThatAreMissing) {
     EXPECT_EQ(valueOf(program.ptx()), 41);
 }
 
+// A channel that does not fit leaves the others alone.
+TEST(Nvrtc, ColoursBeyondBytes) {
+    Program program(
+        "__device__ __noinline__ uchar4 pack(float4 c) {\n"
+        "    return make_uchar4(c.x, c.y, c.z, c.w);\n"
+        "}\n"
+        "extern \"C\" __global__ void put(int* to) {\n"
+        "    const uchar4 c = pack(make_float4(300.5f, 10.5f, -3.5f, 0.5f * blockDim.x));\n"
+        "    *to = c.y | c.z << 8 | c.w << 16;\n"
+        "}\n");
+    ASSERT_EQ(program.compile(), NVRTC_SUCCESS) << program.log();
+    EXPECT_EQ(valueOf(program.ptx()), 10);
+}
+
 TEST(Nvrtc, WordsOfTheDialect) {
     Program program("#include <cuda_pipeline.h>\n#include <sm_20_atomic_functions.h>\n"
                     "__managed__ int counter;\n"

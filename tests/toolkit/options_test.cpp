@@ -61,6 +61,17 @@ TEST(NvccOptions, LinkLines) {
     EXPECT_EQ(line.architectures, std::vector<int>{90}); // the newest that clang knows
 }
 
+TEST(NvccOptions, OptionsWithoutEffectAndOfClang) {
+    const CommandLine line = parse(
+        {"-allow-unsupported-compiler", "--brief-diagnostics=true", "--Wext-lambda-captures-this",
+         "-ftemplate-depth", "1024", "--ftemplate-backtrace-limit=10", "-noeh", "--no-align-double",
+         "-device-stack-protector=false", "-split-compile-extended", "2", "-jtd=50",
+         "-Wno-deprecated-declarations", "-static-global-template-stub=false", "a.cu"});
+    EXPECT_EQ(line.sources, Words{"a.cu"});
+    EXPECT_EQ(line.common, (Words{"-ftemplate-depth=1024", "-ftemplate-backtrace-limit=10"}));
+    EXPECT_EQ(line.host, (Words{"-fno-exceptions", "-Wno-deprecated-declarations"}));
+}
+
 TEST(NvccOptions, Refused) {
     for (const Words& words : {Words{"--nonsense"},
                                {"-arch=nothing"},

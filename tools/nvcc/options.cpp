@@ -152,7 +152,9 @@ constexpr char kDefine[] = "-D", kUndefine[] = "-U", kFolder[] = "-I", kSystem[]
                kInclude[] = "-include", kOptimise[] = "-O", kDebug[] = "-g", kQuiet[] = "-w",
                kLibrary[] = "-l", kLibraries[] = "-L", kMD[] = "-MD", kMMD[] = "-MMD",
                kMP[] = "-MP", kMF[] = "-MF", kMT[] = "-MT", kMQ[] = "-MQ", kM[] = "-M",
-               kMM[] = "-MM", kProfile[] = "-pg";
+               kMM[] = "-MM", kProfile[] = "-pg", kNoExceptions[] = "-fno-exceptions",
+               kTemplateDepth[] = "-ftemplate-depth=", kNoDeprecated[] = "-Wno-deprecated-declarations",
+               kTemplateLimit[] = "-ftemplate-backtrace-limit=";
 
 constexpr auto kNone = Takes::kNothing, kValue = Takes::kValue;
 constexpr Rule kRules[] = {
@@ -252,6 +254,32 @@ constexpr Rule kRules[] = {
     {"no-compress", "no-compress", kNone, ignore},
     {"compress-mode", "compress-mode", kValue, ignore},
     {"target-directory", "target-dir", kValue, ignore},
+    {"ftemplate-depth", "ftemplate-depth", kValue, common<kTemplateDepth>},
+    {"ftemplate-backtrace-limit", "ftemplate-backtrace-limit", kValue, common<kTemplateLimit>},
+    {"no-exceptions", "noeh", kNone, host<kNoExceptions>},
+    {"Wno-deprecated-declarations", "Wno-deprecated-declarations", kNone, host<kNoDeprecated>},
+    {"Wreorder", "Wreorder", kNone, ignore},
+    {"Wdefault-stream-launch", "Wdefault-stream-launch", kNone, ignore},
+    {"Wmissing-launch-bounds", "Wmissing-launch-bounds", kNone, ignore},
+    {"Wext-lambda-captures-this", "Wext-lambda-captures-this", kNone, ignore},
+    {"allow-unsupported-compiler", "allow-unsupported-compiler", kNone, ignore},
+    {"use-local-env", "use-local-env", kNone, ignore},
+    {"no-align-double", "no-align-double", kNone, ignore},
+    {"no-host-device-initializer-list", "nohdinitlist", kNone, ignore},
+    {"no-host-device-move-forward", "nohdmoveforward", kNone, ignore},
+    {"extensible-whole-program", "ewp", kNone, ignore},
+    {"relocatable-ptx", "reloc-ptx", kNone, ignore},
+    {"jobserver", "jobserver", kNone, ignore},
+    {"archiver-binary", "arbin", kValue, ignore},
+    {"optimization-info", "opt-info", kValue, ignore},
+    {"static-global-template-stub", "static-global-template-stub", kValue, ignore},
+    {"device-entity-has-hidden-visibility", "device-entity-has-hidden-visibility", kValue, ignore},
+    {"device-stack-protector", "device-stack-protector", kValue, ignore},
+    {"split-compile-extended", "split-compile-extended", kValue, ignore},
+    {"fdevice-time-trace", "fdevice-time-trace", kValue, ignore},
+    {"brief-diagnostics", "brief-diag", kValue, ignore},
+    {"jump-table-density", "jtd", kValue, ignore},
+    {"frandom-seed", "frandom-seed", kValue, ignore},
 };
 
 const Rule* find(const std::string& name) {

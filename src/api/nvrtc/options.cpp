@@ -247,11 +247,12 @@ std::vector<std::string> clangArguments(const Options& options) {
         "--cuda-gpu-arch=sm_" + std::to_string(architecture), "-Xclang", "-target-feature",
         "-Xclang", version, "-Xclang", "-fcuda-allow-variadic-functions",
         // CUDA code reads memory as other types, passes variables to shuffles that only some lanes
-        // have set, and leaves out returns whose values nobody reads.
+        // have set, leaves out returns whose values nobody reads, and converts colours beyond 255
+        // to bytes. nvcc translates all of these as one expects.
         "-fno-strict-aliasing", "-Xclang", "-no-enable-noundef-analysis", "-fno-strict-return",
-        "-std=" + options.standard, "-fdiagnostics-format=msvc", "-fno-show-column",
-        "-fno-color-diagnostics", "-Wno-c++11-narrowing", "-Wno-unknown-pragmas",
-        "-Wno-ignored-attributes", "-Wno-unused-command-line-argument"};
+        "-fno-strict-float-cast-overflow", "-std=" + options.standard, "-fdiagnostics-format=msvc",
+        "-fno-show-column", "-fno-color-diagnostics", "-Wno-c++11-narrowing",
+        "-Wno-unknown-pragmas", "-Wno-ignored-attributes", "-Wno-unused-command-line-argument"};
     const auto add = [&](bool condition, std::initializer_list<const char*> words) {
         if (condition)
             arguments.insert(arguments.end(), words.begin(), words.end());
