@@ -350,6 +350,16 @@ TEST_F(GpuReadyCode, IsKeptIfTheDriverRefusesTheWhole) {
     EXPECT_EQ(1u, loads);
 }
 
+TEST_F(GpuReadyCode, TheWholeIsCompiledIfTheDriverRefusesIt) {
+    refusals = 1;
+    auto rig = make(context_, stores(7));
+    EXPECT_EQ(0u, refusals);
+    EXPECT_EQ(7u, run(*rig));
+    EXPECT_EQ(1u, loads);
+    EXPECT_EQ(7u, run(*make(context_, stores(7)))) << "shared";
+    EXPECT_EQ(1u, loads);
+}
+
 TEST_F(GpuReadyCode, ContextsMayBeDestroyedAtOnce) {
     for (unsigned i = 0; i < 5; ++i) {
         const OptixDeviceContext other = newContext();

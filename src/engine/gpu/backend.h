@@ -85,7 +85,7 @@ private:
     bool addMachineCode(compiler::GpuCode& code, const compiler::GpuPipelineRequest& request);
     std::shared_ptr<const GpuLaterCode> compileLater(const compiler::GpuPipelineRequest& request,
                                                      compiler::ObjectStore* store);
-    LoadedGpuCodes::Entry loadLater(const GpuLaterCode& later);
+    LoadedGpuCodes::Entry loadMachineCode(compiler::GpuCode code);
     LoadedGpuCodes::Entry obtainReadyCode(const compiler::GpuPipelineRequest& request,
                                           compiler::ObjectStore* store);
     void makeRoom(GpuCodeObject& code, const CodePlan& plan, const compiler::GpuStack& stack);

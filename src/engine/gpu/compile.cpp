@@ -194,6 +194,17 @@ GpuBackend::compileLater(const compiler::GpuPipelineRequest& request,
     return later;
 }
 
+// Throws kLinkError if the driver refuses the machine code: there is no text.
+LoadedGpuCodes::Entry GpuBackend::loadMachineCode(compiler::GpuCode code) {
+    std::string unused;
+    LoadedGpuCodes::Entry entry;
+    entry.loaded =
+        std::make_shared<const LoadedGpuCode>(device_.context(), code, kMostRegisters, unused);
+    std::string().swap(code.machineCode);
+    entry.code = std::make_shared<const compiler::GpuCode>(std::move(code));
+    return entry;
+}
+
 // Code from a kernel that is there already, and from now on the whole pipeline compiles. Null
 // `loaded` where the pipeline must compile as a whole first.
 LoadedGpuCodes::Entry GpuBackend::obtainReadyCode(const compiler::GpuPipelineRequest& request,
@@ -211,11 +222,13 @@ LoadedGpuCodes::Entry GpuBackend::obtainReadyCode(const compiler::GpuPipelineReq
         readyCodeOf(request, *kernel, kernelCode, device_.context());
     if (!code)
         return entry;
-    std::string unused;
-    entry.loaded =
-        std::make_shared<const LoadedGpuCode>(device_.context(), *code, kMostRegisters, unused);
-    std::string().swap(code->machineCode);
-    entry.code = std::make_shared<const compiler::GpuCode>(std::move(*code));
+    try {
+        entry = loadMachineCode(std::move(*code));
+    } catch (const Error& error) {
+        if (error.code() != Code::kLinkError)
+            throw;
+        return {}; // the driver refuses the code
+    }
     if (setting != "ready")
         entry.later = compileLater(request, store);
     if (store) {
@@ -288,18 +301,6 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     return entry;
 }
 
-// Loads code that another thread has compiled.
-LoadedGpuCodes::Entry GpuBackend::loadLater(const GpuLaterCode& later) {
-    std::string unused;
-    LoadedGpuCodes::Entry entry;
-    entry.loaded = std::make_shared<const LoadedGpuCode>(device_.context(), later.code,
-                                                         kMostRegisters, unused);
-    auto code = std::make_shared<compiler::GpuCode>(later.code);
-    std::string().swap(code->machineCode);
-    entry.code = std::move(code);
-    return entry;
-}
-
 // This variant works with every driver, even if its compiler cannot return machine code.
 bool GpuBackend::takes(const std::string& ptx) {
     ContextScope scope(device_.context());
@@ -361,7 +362,7 @@ std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, devlib
                                                     const GpuLaterCode* later) {
     ContextScope scope(device_.context());
     const LoadedGpuCodes::Entry entry =
-        later ? loadLater(*later) : obtainCode(plan.requestFor(graph), plan.cache);
+        later ? loadMachineCode(later->code) : obtainCode(plan.requestFor(graph), plan.cache);
     if (!entry.loaded)
         return nullptr;
     const compiler::GpuCode& code = *entry.code;
