@@ -7,6 +7,7 @@
 // iteration then runs only for those lanes.
 #include "compiler/lockstep/emit.h"
 
+#include <llvm/IR/InlineAsm.h>
 #include <llvm/IR/IntrinsicInst.h>
 
 namespace sunstone::compiler {
@@ -57,20 +58,47 @@ Value* LockstepEmitter::any(Value* mask) {
     return builder_.CreateIsNotNull(maskBits(mask));
 }
 
-llvm::AllocaInst* LockstepEmitter::maskPlace(BasicBlock* block) {
-    llvm::AllocaInst*& made = masks_[block];
-    if (!made) {
-        llvm::Type* type = maskType();
-        made = top_.CreateAlloca(type);
-        top_.CreateStore(llvm::Constant::getNullValue(type), made);
+// A mask of a block is a variable that LLVM makes a value. Each is live from the entry to its
+// block, so the time for that grows with the square of the number of blocks; functions with many
+// blocks keep masks in memory. LLVM does not split memory whose address goes through assembly.
+void LockstepEmitter::makeMasks() {
+    constexpr size_t kManyBlocks = 250;
+    llvm::Type* const bits = builder_.getInt32Ty();
+    if (source_.size() <= kManyBlocks)
+        return;
+    const uint64_t bytes = source_.size() * layout_.getTypeAllocSize(bits);
+    llvm::AllocaInst* const memory = top_.CreateAlloca(llvm::ArrayType::get(bits, source_.size()));
+    memory->setAlignment(llvm::Align(64));
+    auto* type = llvm::FunctionType::get(builder_.getPtrTy(), {builder_.getPtrTy()}, false);
+    maskMemory_ = top_.CreateCall(llvm::InlineAsm::get(type, "", "=r,0", false), {memory});
+    top_.CreateMemSet(maskMemory_, top_.getInt8(0), bytes, llvm::Align(64));
+}
+
+Value* LockstepEmitter::maskPlace(BasicBlock* block) {
+    Value*& made = masks_[block];
+    if (made)
+        return made;
+    if (maskMemory_) {
+        made = top_.CreateConstInBoundsGEP1_64(top_.getInt32Ty(), maskMemory_, masks_.size() - 1);
+    } else {
+        made = top_.CreateAlloca(maskType());
+        top_.CreateStore(llvm::Constant::getNullValue(maskType()), made);
     }
     return made;
 }
 
+Value* LockstepEmitter::loadMask(BasicBlock* block) {
+    Value* const place = maskPlace(block);
+    return maskMemory_ ? maskOf(builder_.CreateLoad(builder_.getInt32Ty(), place))
+                       : builder_.CreateLoad(maskType(), place);
+}
+
+void LockstepEmitter::storeMask(BasicBlock* block, Value* mask) {
+    builder_.CreateStore(maskMemory_ ? maskBits(mask) : mask, maskPlace(block));
+}
+
 void LockstepEmitter::addToMask(BasicBlock* block, Value* mask) {
-    llvm::AllocaInst* into = maskPlace(block);
-    Value* there = builder_.CreateLoad(into->getAllocatedType(), into);
-    builder_.CreateStore(builder_.CreateOr(there, mask), into);
+    storeMask(block, builder_.CreateOr(loadMask(block), mask));
 }
 
 void LockstepEmitter::begin() {
@@ -79,6 +107,7 @@ void LockstepEmitter::begin() {
     llvm::BranchInst::Create(entry_, places);
     top_.SetInsertPoint(places->getTerminator());
     builder_.SetInsertPoint(entry_);
+    makeMasks();
     warp_ = result_.getArg(0);
     params_ = result_.getArg(1);
     llvm::Type* pointer = builder_.getPtrTy();
@@ -229,13 +258,11 @@ void LockstepEmitter::emitSteps(const std::vector<Step>& steps) {
 
 void LockstepEmitter::emitLoop(const Step& step) {
     builder_.SetCurrentDebugLocation(llvm::DebugLoc());
-    llvm::AllocaInst* head = maskPlace(step.loop->getHeader());
-    Value* mask = builder_.CreateLoad(head->getAllocatedType(), head);
+    BasicBlock* const head = step.loop->getHeader();
+    Value* mask = loadMask(head);
     for (const MeetingPoint& point : plan_.points())
-        if (step.loop->contains(point.next)) {
-            llvm::AllocaInst* place = maskPlace(point.next);
-            mask = builder_.CreateOr(mask, builder_.CreateLoad(place->getAllocatedType(), place));
-        }
+        if (step.loop->contains(point.next))
+            mask = builder_.CreateOr(mask, loadMask(point.next));
     auto* loop = BasicBlock::Create(context_, "loop", &result_);
     auto* after = BasicBlock::Create(context_, "after", &result_);
     builder_.CreateCondBr(any(mask), loop, after);
@@ -245,8 +272,7 @@ void LockstepEmitter::emitLoop(const Step& step) {
     else
         emitSteps(step.body);
     builder_.SetCurrentDebugLocation(llvm::DebugLoc());
-    mask = builder_.CreateLoad(head->getAllocatedType(), head);
-    builder_.CreateCondBr(any(mask), loop, after);
+    builder_.CreateCondBr(any(loadMask(head)), loop, after);
     builder_.SetInsertPoint(after);
 }
 
@@ -254,20 +280,19 @@ void LockstepEmitter::emitLoop(const Step& step) {
 // for fewer lanes, and for the iterations after some lanes have left.
 void LockstepEmitter::emitSimpleBody(const Step& step) {
     BasicBlock& head = *step.loop->getHeader();
-    llvm::AllocaInst* place = maskPlace(&head);
     auto* whole = BasicBlock::Create(context_, "whole", &result_);
     auto* some = BasicBlock::Create(context_, "part", &result_);
     auto* again = BasicBlock::Create(context_, "again", &result_);
     auto* last = BasicBlock::Create(context_, "last", &result_);
     auto* behind = BasicBlock::Create(context_, "behind", &result_);
-    Value* bits = maskBits(builder_.CreateLoad(place->getAllocatedType(), place));
+    Value* bits = maskBits(loadMask(&head));
     builder_.CreateCondBr(builder_.CreateICmpEQ(bits, builder_.getInt32(~0u)), whole, some);
 
     builder_.SetInsertPoint(whole);
     here_.clear();
     block_ = &head;
-    mask_ = llvm::Constant::getAllOnesValue(place->getAllocatedType());
-    builder_.CreateStore(llvm::Constant::getNullValue(place->getAllocatedType()), place);
+    mask_ = llvm::Constant::getAllOnesValue(maskType());
+    storeMask(&head, llvm::Constant::getNullValue(maskType()));
     emitBody(head);
     auto* branch = cast<llvm::BranchInst>(head.getTerminator());
     const bool isFirst = step.loop->contains(branch->getSuccessor(0));
@@ -322,9 +347,8 @@ void LockstepEmitter::emitBlock(BasicBlock& block) {
     builder_.SetCurrentDebugLocation(llvm::DebugLoc());
     here_.clear();
     block_ = &block;
-    llvm::AllocaInst* place = maskPlace(&block);
-    mask_ = builder_.CreateLoad(place->getAllocatedType(), place);
-    builder_.CreateStore(llvm::Constant::getNullValue(place->getAllocatedType()), place);
+    mask_ = loadMask(&block);
+    storeMask(&block, llvm::Constant::getNullValue(maskType()));
     if (!needsGuard(block)) {
         emitTerminator(block);
         return;

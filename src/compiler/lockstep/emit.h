@@ -63,7 +63,10 @@ private:
     Value* maskOf(Value* bits);
     Value* maskBits(Value* mask);
     Value* any(Value* mask);
-    llvm::AllocaInst* maskPlace(llvm::BasicBlock* block);
+    void makeMasks();
+    llvm::Value* maskPlace(llvm::BasicBlock* block);
+    llvm::Value* loadMask(llvm::BasicBlock* block);
+    void storeMask(llvm::BasicBlock* block, llvm::Value* mask);
 
     // ---- warp functions without leaving (lockstep/warps.cpp) ----
     Value* canAnswer(const MeetingPoint& point, Value* bits);
@@ -188,7 +191,8 @@ private:
     llvm::DenseMap<const Value*, Value*> here_;            // made in the current block
     llvm::DenseMap<const Value*, Value*> always_;          // made in the prologue
     llvm::DenseMap<const Value*, llvm::AllocaInst*> places_;
-    llvm::DenseMap<const llvm::BasicBlock*, llvm::AllocaInst*> masks_;
+    llvm::DenseMap<const llvm::BasicBlock*, llvm::Value*> masks_;
+    llvm::Value* maskMemory_ = nullptr; // of all masks, where they stay in memory
     llvm::DenseMap<const Value*, uint32_t> framePlaces_;
     uint32_t frameBytes_ = 0;
     llvm::DenseMap<const Value*, uint64_t> slots_; // in scratch_, of values of the block

@@ -2,6 +2,7 @@
 // Splits a PTX module into parts that the driver's compiler compiles at the same time. Compile time
 // grows faster than the number of functions of a module, so the parts of a large module also take
 // less time in total (docs/notes/compile-time.md has figures).
+#pragma once
 
 #include "device/cuda/driver.h"
 #include "device/cuda/ptx_compiler.h"
