@@ -32,12 +32,14 @@ protected:
                 before_[i] = value;
         unsetenv("OPTIX_CACHE_MAXSIZE");
         setenv("OPTIX_CACHE_PATH", folder_.c_str(), 1);
+        setenv("SUNSTONE_GPU_CODE", "whole", 1); // else another thread fills the cache later
         ApiTest::SetUp();
     }
     void TearDown() override {
         ApiTest::TearDown();
         for (size_t i = 0; i < kVariables.size(); ++i)
             before_[i] ? setenv(kVariables[i], before_[i]->c_str(), 1) : unsetenv(kVariables[i]);
+        unsetenv("SUNSTONE_GPU_CODE");
         fs::remove_all(root_);
     }
     // A new context under an environment; null leaves a variable unset.

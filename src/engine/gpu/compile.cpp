@@ -209,7 +209,7 @@ LoadedGpuCodes::Entry GpuBackend::loadMachineCode(compiler::GpuCode code) {
 // `loaded` where the pipeline must compile as a whole first.
 LoadedGpuCodes::Entry GpuBackend::obtainReadyCode(const compiler::GpuPipelineRequest& request,
                                                   compiler::ObjectStore* store) {
-    const std::string& setting = config(Setting::kGpuCode);
+    const std::string setting = currentConfig(Setting::kGpuCode);
     const std::string key = store ? "ready " + compiler::keyOf(request) : std::string();
     LoadedGpuCodes::Entry entry = store ? loaded_.find(key) : LoadedGpuCodes::Entry();
     if (entry.loaded || setting == "whole")

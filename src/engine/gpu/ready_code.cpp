@@ -92,7 +92,7 @@ std::string readyKernelCode(const compiler::GpuPipelineRequest& kernel) {
     if (const KernelImages* images = linksTexts() ? nullptr : usableKernelImages())
         code = images->find(gpu.computeCapability, gpu.driverVersion, id);
     if (code.empty() && !gpuProcess().kernels.find(compiler::keyOf(gpu, id), code) &&
-        config(Setting::kGpuCode) == "ready")
+        currentConfig(Setting::kGpuCode) == "ready")
         code = compileReadyKernel(kernel);
     return code;
 }
