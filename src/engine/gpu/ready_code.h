@@ -24,7 +24,7 @@ std::string readyKernelId(const compiler::GpuPipelineRequest& kernel);
 unsigned readyKernelRegisters(const compiler::GpuPipelineRequest& kernel);
 
 // The kernel that serves the pipeline of this request. Empty for pipelines that must compile as a
-// whole: those of the classic API, with exception flags, or with deep recursion.
+// whole: those of the classic API, with exception flags, with deep recursion, or with many programs.
 std::optional<compiler::GpuPipelineRequest>
 readyKernelFor(const compiler::GpuPipelineRequest& request);
 // Its code for the driver's linker: from the archive, or what the process has compiled. If there is

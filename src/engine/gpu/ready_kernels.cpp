@@ -15,6 +15,8 @@ namespace {
 
 // Kernels keep the states of all rays of a lane in local memory, for traces of these depths.
 constexpr unsigned kDepths[] = {2, 6};
+// Pipelines with more programs take as long in parts as a whole (docs/notes/compile-time.md).
+constexpr size_t kMostPrograms = 48;
 
 struct Kind {
     std::string_view runtime;
@@ -81,7 +83,8 @@ readyKernelFor(const compiler::GpuPipelineRequest& request) {
     const bool isClassic =
         request.pipeline.flavor && request.pipeline.flavor != &compiler::optix7Flavor();
     if (isClassic || request.maxTraceDepth == 0 || depth == std::end(kDepths) ||
-        request.pipeline.rules.exceptionFlags != 0)
+        request.pipeline.rules.exceptionFlags != 0 ||
+        request.pipeline.programs.size() > kMostPrograms)
         return {};
     const auto graph = devlib::GraphKind(constantOf(request, kGraphConstant));
     const bool moves = constantOf(request, "sunstone_gpu_motion");
