@@ -379,6 +379,7 @@ TEST_F(Properties, OfAccelerations) {
     fails(RT_ERROR_NOT_SUPPORTED, rtAccelerationGetData(object, &size));
     fails(RT_ERROR_NOT_SUPPORTED, rtAccelerationSetData(object, &size, 8));
     ok(rtAccelerationSetTraverser(object, "Bvh"));
+    text = nullptr;
     ok(rtAccelerationGetTraverser(object, &text));
     EXPECT_STREQ(text, "");
     life(object, rtAccelerationGetContext, rtAccelerationDestroy);
