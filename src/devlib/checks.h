@@ -12,7 +12,7 @@ struct BlockHeader;
 
 namespace sunstone::devlib {
 
-// Raises if the stack is exhausted, whatever the flags: the launch decides how to end.
+// Raises if the stack is exhausted, with any exception flags: the launch decides how to end.
 void checkStack(RayState* state);
 
 // Raises the exception that prevents the call of a callable; see LaunchState::callable.

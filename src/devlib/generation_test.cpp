@@ -193,7 +193,7 @@ TEST_F(Generation, VisitNodesMayNest) {
     EXPECT_EQ(programs.misses, 0);
 }
 
-// Closest-hit sees the attributes of the accepted hit, whatever later rejected candidates have
+// Closest-hit sees the attributes of the accepted hit, not those that rejected candidates have
 // written.
 TEST_F(Generation, AttributeBlocksFollowTheAcceptedHit) {
     const Structure structure =

@@ -181,7 +181,7 @@ TEST_P(PayloadTypes, CodeForDebuggers) {
     runTwoTypes(program("payload_types_G"));
 }
 
-// Types with equal words are equal, whatever their numbers in the modules.
+// Types with equal words are equal, also with different numbers in their modules.
 TEST_P(PayloadTypes, TypesOfTwoModules) {
     const std::string ptx = program("payload_types");
     OptixModule module = nullptr, other = nullptr;

@@ -181,7 +181,7 @@ TEST_F(Cooperative, ThreadsOfABlockMayWaitByReading) {
     EXPECT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
 }
 
-// The early end of a thread does not affect other threads, whatever its place in the block.
+// The early end of a thread does not affect other threads, at any place in the block.
 TEST_F(Cooperative, ThreadsThatExitLeaveTheOthers) {
     CUfunction leave = nullptr;
     ASSERT_EQ(cuModuleGetFunction(&leave, module, "leave"), CUDA_SUCCESS);

@@ -311,6 +311,13 @@ TEST_F(GpuReadyCode, IsReplacedWhenTheWholeIsCompiled) {
     EXPECT_EQ(3u, loads);
 }
 
+TEST_F(GpuReadyCode, TheThirdLaunchWaitsForTheWhole) {
+    auto rig = make(context_, stores(7));
+    for (unsigned i = 0; i < 3; ++i)
+        EXPECT_EQ(7u, run(*rig));
+    EXPECT_EQ(2u, loads);
+}
+
 // A load waits for kernels that run, which may wait for the thread that launches.
 TEST_F(GpuReadyCode, BusyStreamsLoadNothing) {
     auto rig = make(context_, stores(7));

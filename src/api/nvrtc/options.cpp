@@ -247,7 +247,7 @@ std::vector<std::string> clangArguments(const Options& options) {
         "--cuda-gpu-arch=sm_" + std::to_string(architecture), "-Xclang", "-target-feature",
         "-Xclang", version, "-Xclang", "-fcuda-allow-variadic-functions",
         // CUDA code reads memory as other types, passes variables to shuffles that only some lanes
-        // have set, leaves out returns whose values nobody reads, and converts colours beyond 255
+        // have set, omits unused results of functions, and converts colours beyond 255
         // to bytes. nvcc translates all of these as one expects.
         "-fno-strict-aliasing", "-Xclang", "-no-enable-noundef-analysis", "-fno-strict-return",
         "-fno-strict-float-cast-overflow", "-std=" + options.standard, "-fdiagnostics-format=msvc",

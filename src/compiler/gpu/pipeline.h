@@ -61,7 +61,7 @@ struct GpuPipelineRequest {
     // keep kReadyFrameBytes across a trace.
     GpuPart part = GpuPart::kWhole;
 };
-constexpr uint64_t kReadyFrameBytes = 384;
+constexpr uint64_t kReadyFrameBytes = 640;
 
 // Functions that the run-time calls with the state and a group number; the result for a group
 // without such a program is ~0u: sunstone_gpu_raygen, _start, _startHit, _startMiss, _resume,

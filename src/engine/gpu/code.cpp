@@ -6,8 +6,10 @@
 #include "devlib/flags.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <iterator>
+#include <thread>
 
 namespace sunstone::engine {
 
@@ -115,10 +117,30 @@ std::shared_ptr<GpuCodeObject> GpuPipelineCode::get(unsigned depth) {
     return find(graphKindOf(flags_, depth));
 }
 
+namespace {
+
+// The first launches show a picture early. Programs that launch more often gain from the wait: all
+// further frames have the speed of the whole pipeline.
+constexpr unsigned kReadyLaunches = 2;
+
+// The limit is for pipelines that wait for the compilation of others.
+void waitFor(const GpuLaterCode& later) {
+    constexpr std::chrono::milliseconds kLimit(3000), kStep(1);
+    const auto start = std::chrono::steady_clock::now();
+    while (!later.isReady && std::chrono::steady_clock::now() - start < kLimit)
+        std::this_thread::sleep_for(kStep);
+}
+
+} // namespace
+
 std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, CUstream stream) {
     std::lock_guard lock(mutex_);
     std::shared_ptr<GpuCodeObject>& code = find(graphKindOf(flags_, depth));
-    if (!code->later || !code->later->isReady || !isIdle(driver(), stream))
+    if (!code->later || !isIdle(driver(), stream))
+        return code;
+    if (++code->readyLaunches > kReadyLaunches)
+        waitFor(*code->later);
+    if (!code->later->isReady)
         return code;
     const auto later = std::move(code->later);
     if (later->code.machineCode.empty())

@@ -58,7 +58,8 @@ public:
     size_t reservedStack = 0;           // part of neededStack for functions that do not check
     devlib::LaneMemory laneMemory = {}; // claimed by its warps, if any
     std::atomic<size_t> stackBytes = 0;
-    std::string feedback; // messages of the compiler
+    std::string feedback;       // messages of the compiler
+    unsigned readyLaunches = 0; // on idle streams, while `later` is compiled
     // Faster code that replaces this code when it is compiled, or null.
     std::shared_ptr<const GpuLaterCode> later;
     const std::shared_ptr<LaunchFindings> findings = std::make_shared<LaunchFindings>();
@@ -84,7 +85,8 @@ public:
     // throws.
     std::shared_ptr<GpuCodeObject> get(unsigned depth);
     // The same for a launch. Loads code that has become ready if the stream is idle: a load waits
-    // for kernels that run, and these may wait for the caller.
+    // for kernels that run, and these may wait for the caller. From the third launch on an idle
+    // stream on, the launch waits for that code.
     std::shared_ptr<GpuCodeObject> getForLaunch(unsigned depth, CUstream stream);
 
 private:
