@@ -14,8 +14,9 @@
 
 namespace sunstone::device::cuda {
 
-// Columns: member of Driver, name in cuda.h. Variants for the legacy default stream, because the
-// engine passes explicit streams.
+// Functions of every driver from CUDA 10.2 on; CudaDriver.NeedsOnlyFunctionsOfOldDrivers lists
+// their names. Columns: member of Driver, name in cuda.h. Variants for the legacy default stream,
+// because the engine passes explicit streams.
 #define SUNSTONE_CUDA_FUNCTIONS(X)                                                                 \
     X(init, cuInit)                                                                                \
     X(driverGetVersion, cuDriverGetVersion)                                                        \
@@ -79,14 +80,14 @@ namespace sunstone::device::cuda {
     X(eventRecord, cuEventRecord)                                                                  \
     X(eventQuery, cuEventQuery)                                                                    \
     X(eventSynchronize, cuEventSynchronize)                                                        \
-    X(eventElapsedTime, cuEventElapsedTime)                                                        \
     X(funcGetAttribute, cuFuncGetAttribute)                                                        \
     X(funcSetAttribute, cuFuncSetAttribute)                                                        \
     X(occupancyMaxActiveBlocksPerMultiprocessor, cuOccupancyMaxActiveBlocksPerMultiprocessor)      \
     X(launchKernel, cuLaunchKernel)
 
-// Functions of drivers from CUDA 11 on; null in the table of an older driver.
+// Functions of newer drivers; null in the table of an older driver.
 #define SUNSTONE_CUDA_NEWER_FUNCTIONS(X)                                                           \
+    X(eventElapsedTime, cuEventElapsedTime)                                                        \
     X(memRetainAllocationHandle, cuMemRetainAllocationHandle)                                      \
     X(memRelease, cuMemRelease)                                                                    \
     X(streamGetCaptureInfo, cuStreamGetCaptureInfo_v2)                                             \
