@@ -29,6 +29,17 @@
 #endif
 #endif
 
+// math.h has them from glibc 2.35 on.
+#ifndef M_PIf
+#define M_PIf 3.14159265358979323846f
+#endif
+#ifndef M_PI_2f
+#define M_PI_2f 1.57079632679489661923f
+#endif
+#ifndef M_1_PIf
+#define M_1_PIf 0.31830988618379067154f
+#endif
+
 #define SUNSTONE_FUNCTION OPTIXU_INLINE RT_HOSTDEVICE
 
 namespace optix {

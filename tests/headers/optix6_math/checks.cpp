@@ -15,6 +15,10 @@ struct SameType<A, A> {
     static const bool value = true;
 };
 
+// Constants that programs take from the headers; NVRTC has no C library with them.
+static_assert(SameType<decltype(M_PIf + M_PI_2f + M_1_PIf), float>::value, "constants are floats");
+static_assert(M_PIf > 3.14159f && M_PI_2f < 1.5708f && M_1_PIf < 0.31831f, "values of constants");
+
 template <typename T>
 RT_HOSTDEVICE T value();
 
