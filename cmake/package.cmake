@@ -1,12 +1,11 @@
 # Packages: the target `packages` makes sunstone_<version>_<architecture>.deb, which installs to /opt/sunstone
-# with a link /usr/bin/sunstone, and sunstone-<version>-<system>.tar.gz, a folder that holds the libraries it needs
-# (package_files.cmake).
+# with a link /usr/bin/sunstone. In a portable build (scripts/portable) it makes sunstone-<version>-<system>.tar.gz.
 # Also the samples, their sources, and what builds them (installed/CMakeLists.txt).
 if(SUNSTONE_BUILD_SAMPLES)
     get_property(samples GLOBAL PROPERTY SUNSTONE_SAMPLES)
     foreach(sample IN LISTS samples)
         install(TARGETS ${sample} RUNTIME DESTINATION lib/sunstone/samples COMPONENT samples)
-        set_target_properties(${sample} PROPERTIES INSTALL_RPATH "$ORIGIN/../..;$ORIGIN/../cuda;$ORIGIN/../system")
+        set_target_properties(${sample} PROPERTIES INSTALL_RPATH "$ORIGIN/../..;$ORIGIN/../cuda")
         target_link_options(${sample} PRIVATE -Wl,--disable-new-dtags)
     endforeach()
 endif()
@@ -23,20 +22,16 @@ file(CREATE_LINK ../../../include/sunstone/cuda ${links}/cuda SYMBOLIC)
 install(FILES ${links}/optix7 ${links}/optix76 ${links}/optix6 ${links}/cuda DESTINATION share/sunstone/include
     COMPONENT samples)
 
-# The archive's libraries. DT_RPATH, unlike DT_RUNPATH, also applies to the dependencies of
-# libraries.
-foreach(target IN ITEMS sunstone sunstone_tool)
-    if(TARGET ${target})
-        set(to_lib "$ORIGIN")
-        if(target STREQUAL "sunstone_tool")
-            set(to_lib "$ORIGIN/../lib")
-        endif()
-        set_property(TARGET ${target} APPEND PROPERTY INSTALL_RPATH "${to_lib}/sunstone/system")
-        target_link_options(${target} PRIVATE -Wl,--disable-new-dtags)
-    endif()
-endforeach()
+# The command uses its own libraries: DT_RPATH, unlike DT_RUNPATH, comes before LD_LIBRARY_PATH.
+if(TARGET sunstone_tool)
+    target_link_options(sunstone_tool PRIVATE -Wl,--disable-new-dtags)
+endif()
 
-set(CPACK_GENERATOR DEB TGZ)
+set(CPACK_GENERATOR DEB)
+if(SUNSTONE_PORTABLE)
+    set(CPACK_GENERATOR TGZ)
+    install(DIRECTORY ${CMAKE_SYSROOT}/licenses DESTINATION share/doc/sunstone COMPONENT runtime)
+endif()
 set(CPACK_PACKAGE_NAME sunstone)
 set(CPACK_PACKAGE_VENDOR "Sunstone")
 set(CPACK_PACKAGE_CONTACT "Sunstone developers <sunstone@localhost>")
