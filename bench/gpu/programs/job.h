@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A whole program of bench_programs: its pipeline, its scene and its frame. The makers in
-// paths.cpp, surfaces.cpp and so on build one from scratch; run.cpp measures it.
+// paths.cpp, surfaces.cpp and so on build one from scratch; run.cpp measures it. The programs of
+// the second set (second/kit.h) are Applications.
 #pragma once
 
 #include "device/shared.h"
@@ -8,6 +9,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -91,14 +93,36 @@ struct Job {
     void allocatePicture(unsigned width, unsigned height);
 };
 
+// A program whose structures exist. Its destructor runs before the context ends.
+class Application {
+public:
+    Application() = default;
+    Application(const Application&) = delete;
+    Application& operator=(const Application&) = delete;
+    virtual ~Application() = default;
+
+    // PTX to pipelines with their tables.
+    virtual void compile() = 0;
+    // Milliseconds from the text to the stack sizes.
+    virtual double compileTime() const = 0;
+    // Queues or does the work of a frame; the caller synchronises.
+    virtual void renderFrame() = 0;
+    // Four floats for each pixel or result; comparisons leave the fourth out.
+    virtual std::vector<float> picture() = 0;
+};
+
 struct JobKind {
     const char* name;
     const char* summary;
-    Job (*make)(OptixDeviceContext, const JobSettings&);
+    Job (*make)(OptixDeviceContext, const JobSettings&); // of the first set
     // Tolerances of pictures, relative to the mean: the difference of the means, and the mean
     // difference of pixels. Paths that diverge by rounding make pixels differ, but hardly the
     // means.
     double meanTolerance, pixelTolerance;
+    // Of the second set, in place of `make`.
+    std::unique_ptr<Application> (*start)(OptixDeviceContext, const JobSettings&) = nullptr;
+
+    const char* set() const { return start ? "second" : "first"; }
 };
 // All, in the order of the report.
 const std::vector<JobKind>& jobKinds();
@@ -111,6 +135,8 @@ std::vector<JobKind> outdoorJobs();
 std::vector<JobKind> shapeJobs();
 std::vector<JobKind> listJobs();
 std::vector<JobKind> buildJobs();
+// The second set; second/list.cpp.
+std::vector<JobKind> secondJobs();
 
 // The pipeline of a job, with its shader binding table.
 class JobPipeline {

@@ -2,10 +2,12 @@
 // Whole programs, as applications write them, on the OptiX library that the loader finds. Measures
 // compile time, time from process start to picture, and frame time, and compares the pictures of
 // two libraries.
-//   bench_programs --all --label reference --out FOLDER    with the other library
-//   bench_programs --all --out FOLDER                      with Sunstone
+//   bench_programs --all 1 --label reference --out FOLDER  with the other library
+//   bench_programs --all 1 --out FOLDER                    with Sunstone
 //   bench_programs --report FOLDER                         the table; 1 if pictures differ
 //   bench_programs --program paths_16                      one, in this process
+// Sunstone is tuned on the first set of programs. The second set (second/list.cpp) has programs of
+// other kinds, on which nothing is tuned: --set second.
 #include "arguments.h"
 #include "run.h"
 
@@ -49,8 +51,9 @@ int run(int argc, char** argv) {
     RunSettings& s = choice.run;
     Arguments arguments("Whole programs on the OptiX library the loader finds.");
     arguments.add("--program", choice.program, programHelp());
-    arguments.add("--all", choice.all, 0, 1, "1: all programs, each in two processes");
-    arguments.add("--only", choice.names, "with --all: names, separated by commas");
+    arguments.add("--all", choice.all, 0, 1, "1: all programs of the set, each in two processes");
+    arguments.add("--set", s.set, "with --all: first, second or all");
+    arguments.add("--only", choice.names, "with --all: names of any set, separated by commas");
     arguments.add("--report", choice.report, "folder of results to make a table of");
     arguments.add("--reference", choice.reference, "with --report: the other label");
     arguments.add("--out", s.out, "folder of results");
@@ -68,6 +71,8 @@ int run(int argc, char** argv) {
     s.job.scale = std::stod(choice.scale);
     if (!(s.job.scale > 0 && s.job.scale <= 1))
         throw std::runtime_error("--scale " + choice.scale + " is not above 0 and at most 1");
+    if (s.set != "first" && s.set != "second" && s.set != "all")
+        throw std::runtime_error("--set " + s.set + " is not first, second or all");
     s.started = std::stoll(choice.started);
     s.names = wordsOf(choice.names);
     for (const std::string& name : s.names)

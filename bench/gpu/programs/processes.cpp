@@ -120,7 +120,9 @@ int runAll(const char* program, const RunSettings& settings) {
     int failures = 0;
     for (const JobKind& kind : jobKinds()) {
         const auto& names = settings.names;
-        if (!names.empty() && std::find(names.begin(), names.end(), kind.name) == names.end())
+        const bool isInSet = settings.set == "all" || settings.set == kind.set();
+        if (names.empty() ? !isInSet
+                          : std::find(names.begin(), names.end(), kind.name) == names.end())
             continue;
         if (monotonicNow() > end) {
             std::printf("%s: not run, the %u s are over\n", kind.name, settings.seconds);

@@ -44,15 +44,40 @@ private:
     long long last_ = monotonicNow();
 };
 
-void renderFrame(Job& job, JobPipeline& pipeline) {
-    if (job.prepare)
-        job.prepare(job);
-    for (unsigned i = 0; i < job.launches; ++i) {
-        job.params.tile = i % job.tiles;
-        pipeline.launch(job.params, job.launchWidth, job.launchHeight);
+// A program of the first set.
+class JobApplication : public Application {
+public:
+    JobApplication(OptixDeviceContext context, Job job) : context_(context), job_(std::move(job)) {}
+
+    void compile() override { pipeline_ = std::make_unique<JobPipeline>(context_, job_); }
+    double compileTime() const override { return pipeline_->compileTime(); }
+    void renderFrame() override {
+        if (job_.prepare)
+            job_.prepare(job_);
+        for (unsigned i = 0; i < job_.launches; ++i) {
+            job_.params.tile = i % job_.tiles;
+            pipeline_->launch(job_.params, job_.launchWidth, job_.launchHeight);
+        }
+        ++job_.frame;
     }
+    std::vector<float> picture() override { return job_.image.download<float>(); }
+
+private:
+    OptixDeviceContext context_;
+    Job job_;
+    std::unique_ptr<JobPipeline> pipeline_;
+};
+
+std::unique_ptr<Application> start(const JobKind& kind, OptixDeviceContext context,
+                                   const JobSettings& settings) {
+    if (kind.start)
+        return kind.start(context, settings);
+    return std::make_unique<JobApplication>(context, kind.make(context, settings));
+}
+
+void renderFrame(Application& application) {
+    application.renderFrame();
     CUDA_CHECK(cudaDeviceSynchronize());
-    ++job.frame;
 }
 
 // FNV-1a of the bytes.
@@ -103,19 +128,19 @@ void runJob(const JobKind& kind, const RunSettings& settings) {
     add("context", clock.lap());
     std::vector<float> pixels;
     {
-        Job job = kind.make(context, settings.job);
+        const std::unique_ptr<Application> application = start(kind, context, settings.job);
         add("scene and structures", clock.lap());
-        JobPipeline pipeline(context, job);
-        add("compile", pipeline.compileTime());
+        application->compile();
+        add("compile", application->compileTime());
         clock.lap();
-        renderFrame(job, pipeline);
+        renderFrame(*application);
         add("first frame", clock.lap());
-        pixels = job.image.download<float>();
+        pixels = application->picture();
         add("start to picture", double(monotonicNow() - started) * 1e-6);
         double best = 1e30;
         for (unsigned i = 0; i < settings.repeats; ++i) {
             clock.lap();
-            renderFrame(job, pipeline);
+            renderFrame(*application);
             best = std::min(best, clock.lap());
         }
         if (settings.repeats > 0)
