@@ -44,8 +44,8 @@ struct Optix7Rules {
 
 // Pipeline options of the classic API alone.
 struct Optix6Rules {
-    unsigned attributeBytes = 0; // of an attribute block; 0: not the classic API
-    unsigned exceptions = 0;     // devlib::ClassicException that are enabled
+    unsigned attributeBytes = 0;   // of an attribute block; 0: not the classic API
+    unsigned exceptions = 0;       // devlib::ClassicException that are enabled
     unsigned maxCallableDepth = 0; // one more than callables may nest; 0: not checked
     bool operator==(const Optix6Rules&) const = default;
 };
@@ -53,9 +53,9 @@ struct Optix6Rules {
 // Everything but the programs that compiled code depends on. Members named after a generation apply
 // only to that generation.
 struct PipelineRules {
-    std::string launchParams; // the .const variable with a copy per launch; empty: none
-    unsigned exceptionFlags = 0;        // devlib::ExceptionFlag
-    unsigned primitiveTypeFlags = 0;    // bits of OptixPrimitiveTypeFlags that rays may meet; 0: all
+    std::string launchParams;        // the .const variable with a copy per launch; empty: none
+    unsigned exceptionFlags = 0;     // devlib::ExceptionFlag
+    unsigned primitiveTypeFlags = 0; // bits of OptixPrimitiveTypeFlags that rays may meet; 0: all
     unsigned traversableGraphFlags = 0; // devlib::GraphFlag; 0: all graphs
     bool motionBlur = false;
     Optix7Rules optix7;
@@ -103,9 +103,9 @@ struct ModuleSummary {
         unsigned payloadWords = 0; // highest accessed payload slot + 1
         bool traces = false;
         bool callsContinuation = false;
-        unsigned parameterWords = 0;   // 32-bit words of a callable's parameters
-        uint32_t payloadTypes = 0;     // bit per type of the module that the program supports
-        uint32_t statements = 0;       // of its own body
+        unsigned parameterWords = 0; // 32-bit words of a callable's parameters
+        uint32_t payloadTypes = 0;   // bit per type of the module that the program supports
+        uint32_t statements = 0;     // of its own body
         // Estimate of its stack in bytes, for programs that cannot be compiled alone. Counts local
         // memory, registers live across calls, and traces; never 0.
         uint32_t estimatedStack = 0;
@@ -116,6 +116,9 @@ struct ModuleSummary {
     // Programs can be compiled without the other modules of their pipeline: the module defines all
     // functions and variables that it declares, or the library provides them.
     bool selfContained = false;
+    // A function calls itself, directly or through others, or may do so: it calls by address, or a
+    // function of another module.
+    bool mayRecurse = true;
     std::string remarks; // log lines of its creation
 
     // Converts all members to bytes and back; deserialize returns false for malformed bytes.

@@ -7,7 +7,6 @@
 
 #include "compiler/gpu/pipeline.h"
 #include "device/cuda/driver.h"
-#include "devlib/gpu_runtime.h"
 #include "engine/gpu/kernel_code.h"
 #include "engine/gpu/ready_code.h"
 
@@ -83,12 +82,14 @@ protected:
         folder_ = name;
         unsetenv("OPTIX_CACHE_MAXSIZE");
         setenv("OPTIX_CACHE_PATH", folder_.c_str(), 1);
+        setenv("SUNSTONE_GPU_CODE", "whole", 1); // else another thread uses the cache, too
         ApiTest::SetUp();
         countCalls();
         loads = unloads = refusals = lacks = 0;
     }
     void TearDown() override {
         ApiTest::TearDown();
+        unsetenv("SUNSTONE_GPU_CODE");
         unsetenv("OPTIX_CACHE_PATH");
         setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
         fs::remove_all(folder_);
@@ -264,6 +265,7 @@ protected:
     // With the kernels that may serve the tests' pipelines.
     void SetUp() override {
         GpuKeeping::SetUp();
+        unsetenv("SUNSTONE_GPU_CODE");
         if (!dlopen("libnvidia-ptxjitcompiler.so.1", RTLD_NOW))
             GTEST_SKIP() << "no compiler beside the driver";
         CUdevice device = 0;
@@ -275,11 +277,10 @@ protected:
         driver.driverGetVersion(&version);
         const sunstone::compiler::GpuTarget target = {unsigned(10 * major + minor), 80,
                                                       unsigned(version)};
-        for (const auto& kernel :
-             sunstone::engine::readyKernels(sunstone::devlib::gpuRuntime(), target))
+        for (const auto& kernel : sunstone::engine::readyKernels(target))
             if (sunstone::engine::readyKernelId(kernel).find("shapes 0, motion 0, depth 2") !=
                 std::string::npos)
-                EXPECT_NE(sunstone::engine::compileReadyKernel(kernel), "");
+                EXPECT_NE(sunstone::engine::compileReadyKernel(kernel, nullptr), "");
     }
     void TearDown() override {
         GpuKernelCode::forgetForTests();
@@ -309,6 +310,24 @@ TEST_F(GpuReadyCode, IsReplacedWhenTheWholeIsCompiled) {
     rig.reset();
     EXPECT_EQ(7u, run(*make(context_, stores(7)))) << "from the disk";
     EXPECT_EQ(3u, loads);
+}
+
+// As with a driver that is older than the machine code of the build.
+TEST_F(GpuReadyCode, KernelsThatAreMissingAreKeptOnDisk) {
+    GpuKernelCode::forgetForTests();
+    ASSERT_EQ(7u, run(*make(context_, stores(7))));
+    ASSERT_EQ(1u, loads) << "there is no kernel";
+    const auto start = std::chrono::steady_clock::now();
+    for (unsigned value = 8;; ++value) {
+        GpuKernelCode::forgetForTests();
+        const unsigned before = loads;
+        auto rig = make(context_, stores(value));
+        for (unsigned i = 0; i < 3; ++i)
+            EXPECT_EQ(value, run(*rig));
+        if (loads == before + 2) // ready code, then the whole
+            break;
+        ASSERT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
+    }
 }
 
 TEST_F(GpuReadyCode, TheThirdLaunchWaitsForTheWhole) {

@@ -87,9 +87,10 @@ private:
         const auto kernel = engine::readyKernelFor(request);
         CUcontext context = nullptr;
         EXPECT_EQ(driver().ctxGetCurrent(&context), CUDA_SUCCESS);
-        const auto code = kernel ? engine::readyCodeOf(request, *kernel,
-                                                       engine::compileReadyKernel(*kernel), context)
-                                 : std::nullopt;
+        const auto code =
+            kernel ? engine::readyCodeOf(request, *kernel,
+                                         engine::compileReadyKernel(*kernel, nullptr), context)
+                   : std::nullopt;
         EXPECT_TRUE(code);
         return code.value_or(compiler::GpuCode());
     }

@@ -168,12 +168,13 @@ TEST_F(GpuLoop, FeedbackTellsTheKernel) {
     EXPECT_NE(whole().feedback.find("one thread for each launch index, because no ray generation"),
               std::string::npos)
         << whole().feedback;
-    EXPECT_NE(whole().feedback.find("recurse, because the depth of traces is not known"),
-              std::string::npos)
+    EXPECT_NE(
+        whole().feedback.find("while a ray is traced, because the depth of traces is not known"),
+        std::string::npos)
         << whole().feedback;
     EXPECT_NE(nested().feedback.find("rays of all depths take turns"), std::string::npos)
         << nested().feedback;
-    EXPECT_NE(ready().feedback.find("kernel: ready, graph 0, shapes 0, motion 0, depth 6"),
+    EXPECT_NE(ready().feedback.find("kernel: ready, optix7, graph 0, shapes 0, motion 0, depth 6"),
               std::string::npos)
         << ready().feedback;
     // In a cut program a lane may be elsewhere while others wait for it at a barrier.
@@ -182,9 +183,11 @@ TEST_F(GpuLoop, FeedbackTellsTheKernel) {
     text.insert(brace, "bar.warp.sync -1;\n");
     EXPECT_NE(compileCode(text, oneHitGroup()).feedback.find("lanes of a warp meet"),
               std::string::npos);
-    EXPECT_NE(compileCode(text, oneHitGroup(kMostDepth))
-                  .feedback.find("recurse, because a program has instructions at which the lanes"),
-              std::string::npos);
+    EXPECT_NE(
+        compileCode(text, oneHitGroup(kMostDepth))
+            .feedback.find(
+                "while a ray is traced, because a program has instructions at which the lanes"),
+        std::string::npos);
 }
 
 TEST_F(GpuLoop, LongProgramsAreCalledByAddress) {

@@ -8,7 +8,6 @@
 // know is left out.
 #include "base/threads.h"
 #include "device/cuda/kernel_set.h"
-#include "devlib/gpu_runtime.h"
 #include "engine/gpu/kernel_images.h"
 #include "engine/gpu/ready_code.h"
 
@@ -123,7 +122,7 @@ void compileAll(std::vector<Task>& tasks, const std::string& ptxas, const std::s
 // One text serves all capabilities, as the other kernels' texts do.
 void addReadyKernels(std::vector<Task>& tasks, const std::vector<unsigned>& capabilities) {
     constexpr compiler::GpuTarget kOldest = {70, 70, 0};
-    const auto kernels = engine::readyKernels(devlib::gpuRuntime(), kOldest);
+    const auto kernels = engine::readyKernels(kOldest);
     std::vector<std::string> texts(kernels.size());
     parallelFor(kernels.size(), 1, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i)

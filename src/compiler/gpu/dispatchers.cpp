@@ -72,7 +72,9 @@ GpuPart partOf(const Dispatcher& dispatcher) {
     case Dispatcher::kResume:
         return dispatcher.kind == kAnyKind ? GpuPart::kResumes : GpuPart::kWhole;
     default:
-        return dispatcher.role == devlib::kRoleAnyHit || dispatcher.kind == devlib::kGroupException
+        return dispatcher.role == devlib::kRoleAnyHit ||
+                       dispatcher.role == devlib::kRoleAttribute ||
+                       dispatcher.kind == devlib::kGroupException
                    ? GpuPart::kRays
                    : GpuPart::kWhole;
     }

@@ -68,12 +68,13 @@ constexpr uint32_t kMagic = 0x43555047; // "GPUC"
 // The text is kept only if there is no machine code.
 std::string serialize(const GpuCode& code) {
     const auto& [ptx, feedback, stack, calls, machineCode, laneMemory, inStep, takesTurns, recurses,
-                 isState] = code; // names every field
+                 frameBytes, isState] = code; // names every field
     ByteWriter out;
     out.number(kMagic);
     for (const uint64_t value :
          {stack.entry, stack.waiting, stack.other, uint64_t(stack.isMeasured), laneMemory,
-          uint64_t(inStep), uint64_t(takesTurns), uint64_t(recurses), uint64_t(isState)})
+          uint64_t(inStep), uint64_t(takesTurns), uint64_t(recurses), frameBytes,
+          uint64_t(isState)})
         out.wide(value);
     out.text(feedback);
     out.text(calls);
@@ -94,6 +95,7 @@ bool deserialize(std::string_view bytes, GpuCode& code) {
     code.walksInStep = in.wide() != 0;
     code.takesTurns = in.wide() != 0;
     code.recurses = in.wide() != 0;
+    code.frameBytes = in.wide();
     code.hasState = in.wide() != 0;
     code.feedback = in.text();
     code.calls = in.text();

@@ -21,7 +21,8 @@ static_assert(std::size(kConstantNames) == devlib::LaunchConstants::kCount);
 
 constexpr const char *kHasLaneMemory = "sunstone_gpu_hasLaneMemory",
                      *kClaimLaneMemory = "sunstone_gpu_claimLaneMemory",
-                     *kFreeLaneMemory = "sunstone_gpu_freeLaneMemory";
+                     *kFreeLaneMemory = "sunstone_gpu_freeLaneMemory",
+                     *kLeaveLaneMemory = "sunstone_gpu_leaveLaneMemory";
 
 // States of a lane's rays in local memory: all of them if they are at most kMostNear, else kNear.
 // docs/notes/programs-gpu.md has figures.
@@ -36,26 +37,28 @@ void inlineIntoKernel(llvm::Function& function) {
 
 } // namespace
 
-const char* LaunchKernel::entryOf(Kind kind) {
-    return kind == Kind::kNested ? "sunstone_gpu_runNested"
-           : kind == Kind::kLoop ? "sunstone_gpu_runLoop"
-                                 : "sunstone_gpu_run";
-}
-
-uint32_t LaunchKernel::constant(std::string_view name) const {
-    for (const auto& [each, value] : request_.constants)
-        if (each == name)
-            return value;
-    return 0;
+const char* LaunchKernel::entry() const {
+    return isDeepPart()             ? "sunstone_gpu_runNestedDeep"
+           : kind_ == Kind::kNested ? "sunstone_gpu_runNested"
+           : kind_ == Kind::kLoop   ? "sunstone_gpu_runLoop"
+                                    : "sunstone_gpu_run";
 }
 
 bool LaunchKernel::walksInStep() const {
-    return kind_ == Kind::kNested && constant("sunstone_gpu_motion") &&
-           constant("sunstone_gpu_graph") != 0; // there may be instances
+    return kind_ == Kind::kNested && (raysTrace_ || request_.part == GpuPart::kKernel) &&
+           mayWalkInStep(request_);
 }
 
 bool LaunchKernel::isApart() const {
     return request_.part != GpuPart::kWhole && request_.part != GpuPart::kKernel;
+}
+
+bool LaunchKernel::isDeepPart() const {
+    return request_.part != GpuPart::kWhole && request_.maxTraceDepth > kReadyDepth;
+}
+
+bool LaunchKernel::isOfKernel(llvm::StringRef name) {
+    return name == kLeaveLaneMemory;
 }
 
 std::string LaunchKernel::choose() {
@@ -100,16 +103,21 @@ std::string LaunchKernel::obstacleIn(llvm::Function& program) const {
                : "a callable or a function that calls itself traces";
 }
 
-std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) const {
+std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) {
     const std::vector<llvm::Function*> tracing = tracingFunctions(unit_.module());
     const auto isRaygen = [&](llvm::Function* function) {
         const auto known = unit_.kinds().find(function);
         return known != unit_.kinds().end() && known->second == ProgramKind::kRaygen;
     };
+    // With instances, ray generation programs that trace several rays are faster in the kernel with
+    // one place for all rays (docs/notes/programs-gpu.md).
+    const bool nestsRaygen = constantOf(request_, kGraphConstant) != 0 && // maybe instances
+                             request_.maxTraceDepth != 0;
     bool nests = false;
     std::string obstacle;
     for (llvm::Function* function : tracing) {
-        nests |= !isRaygen(function);
+        raysTrace_ |= !isRaygen(function);
+        nests |= !isRaygen(function) || (nestsRaygen && !tracesOnce(*function));
         if (obstacle.empty())
             obstacle = obstacleIn(*function);
     }
@@ -121,7 +129,7 @@ std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) c
         obstacle = "the pipeline has stack overflow exceptions";
     if (obstacle.empty())
         return tracing;
-    reason = message("rays of closest-hit and miss programs recurse, because ", obstacle, "\n");
+    reason = message("programs keep their place while a ray is traced, because ", obstacle, "\n");
     return {};
 }
 
@@ -136,9 +144,9 @@ std::string LaunchKernel::chooseSimple() {
     // copies with motion are as large as the called functions. The checks of debug and stack
     // overflow exceptions read stacks and the addresses of states.
     constexpr unsigned kLooks = devlib::kFlagDebug | devlib::kFlagStackOverflow;
-    const bool mayInline =
-        !constant("sunstone_gpu_shapes") && !(request_.pipeline.rules.exceptionFlags & kLooks);
-    const bool moves = constant("sunstone_gpu_motion"), small = mayInline && !moves;
+    const bool mayInline = !constantOf(request_, "sunstone_gpu_shapes") &&
+                           !(request_.pipeline.rules.exceptionFlags & kLooks);
+    const bool moves = constantOf(request_, "sunstone_gpu_motion"), small = mayInline && !moves;
     if (!small)
         reason = "the pipeline has motion blur, debug or stack overflow exceptions, or its "
                  "rays may meet curves or spheres";
@@ -186,8 +194,9 @@ void LaunchKernel::make() {
         addMemory(frame, kFrameAlignment);
     if (kind_ == Kind::kNested) {
         const uint64_t states = depths + 1; // a ray beyond the depth limit needs one, too
-        const bool isNear = states <= kMostNear || request_.part == GpuPart::kKernel;
-        const uint64_t near = isNear ? states : kNear;
+        const bool isReady = request_.part == GpuPart::kKernel;
+        const bool isNear = isReady ? !isDeepPart() : states <= kMostNear;
+        const uint64_t near = isNear ? states : isReady ? kReadyNear : kNear;
         const auto addPart = [&](uint64_t first, uint64_t end) {
             addMemory((end - first) * sizeof(devlib::RayState), alignof(devlib::RayState));
             states_.emplace_back(arguments.back());
@@ -195,9 +204,9 @@ void LaunchKernel::make() {
             frames_.emplace_back(arguments.back());
         };
         addPart(0, near);
-        if (near != states)
+        if (near != states && !isReady)
             addPart(near, states);
-        else
+        else if (!isDeepPart())
             arguments.insert(arguments.end(), 2,
                              llvm::ConstantPointerNull::get(builder.getPtrTy()));
         arguments.push_back(builder.getInt32(uint32_t(near)));
@@ -211,10 +220,9 @@ void LaunchKernel::make() {
                                            builder.getPtrTy());
         unit_.module().getOrInsertFunction(kFreeLaneMemory, builder.getVoidTy());
     }
-    builder.CreateCall(
-        unit_.module().getOrInsertFunction(
-            entryOf(kind_), llvm::FunctionType::get(builder.getVoidTy(), types, false)),
-        arguments);
+    builder.CreateCall(unit_.module().getOrInsertFunction(
+                           entry(), llvm::FunctionType::get(builder.getVoidTy(), types, false)),
+                       arguments);
     builder.CreateRetVoid();
 }
 
@@ -280,6 +288,10 @@ void LaunchKernel::decideLaneMemory(bool has) {
 uint64_t LaunchKernel::placeStates() {
     if (kind_ != Kind::kNested)
         return 0;
+    if (request_.part == GpuPart::kKernel) { // programs of other parts read the states
+        decideLaneMemory(isDeepPart());
+        return 0;
+    }
     const StateUses::Arrays arrays = states();
     const std::optional<uint64_t> bytes = arrays.empty() ? std::nullopt : packRayStates(arrays);
     decideLaneMemory(bytes && arrays.size() > 1);
@@ -338,13 +350,19 @@ uint64_t LaunchKernel::claimLaneMemory(llvm::AllocaInst& states, uint64_t count,
 
 void LaunchKernel::hideOthers() {
     if (!isApart())
-        inlineIntoKernel(*unit_.module().getFunction(entryOf(kind_)));
+        inlineIntoKernel(*unit_.module().getFunction(entry()));
     for (llvm::Function* program : programs_.mainsOf(devlib::kGroupRaygen))
         if (program->hasOneUse())
             inlineIntoKernel(*program);
+    llvm::Function* const leave = unit_.module().getFunction(kLeaveLaneMemory);
+    if (leave && isApart() && isDeepPart())
+        leave->deleteBody(); // the kernel's part has it, with the slots of the block's warps
+    if (leave && leave->isDeclaration())
+        leave->removeFnAttr(llvm::Attribute::AlwaysInline);
     for (llvm::GlobalValue& value : unit_.module().global_values()) {
         if (value.isDeclaration() || value.getName() == kGpuKernel ||
-            value.getName() == kClaimLaneMemory || value.getName() == kFreeLaneMemory)
+            value.getName() == kClaimLaneMemory || value.getName() == kFreeLaneMemory ||
+            (&value == leave && isDeepPart()))
             continue;
         if (isApart() && isDispatcher(value.getName()))
             llvm::cast<llvm::Function>(value).removeFnAttr(llvm::Attribute::AlwaysInline);
@@ -352,7 +370,7 @@ void LaunchKernel::hideOthers() {
             value.setLinkage(llvm::GlobalValue::InternalLinkage);
     }
     if (kind_ != Kind::kNested) // before LLVM optimises the code that asks
-        decideLaneMemory(false);
+        decideLaneMemory(isApart() && isDeepPart());
 }
 
 } // namespace sunstone::compiler

@@ -23,6 +23,8 @@ public:
     std::string choose();
     // Whether there is no kernel, but dispatchers and programs for one (GpuPart).
     bool isApart() const;
+    // Functions of this name are in the kernel's part, for all parts.
+    static bool isOfKernel(llvm::StringRef name);
     // Whether the programs must compile together with their kernel.
     bool refuses() const { return refuses_; }
     const CutPrograms& cuts() const { return cuts_; }
@@ -52,12 +54,14 @@ private:
     // Kernels of devlib/gpu: run.h, loop.h, nested.h.
     enum class Kind : uint8_t { kPlain, kLoop, kNested };
 
-    static const char* entryOf(Kind kind);
-    uint32_t constant(std::string_view name) const;
+    const char* entry() const; // the run-time's function that the kernel calls
+    // Whether the pipeline is compiled in parts, and states of rays are in lane memory.
+    bool isDeepPart() const;
     // All programs that trace, for the kernel of devlib/gpu/nested.h. That kernel is used if
-    // closest-hit or miss programs trace and no obstacle prevents it; `reason` receives the
+    // closest-hit or miss programs trace, or ray generation programs trace several rays in graphs
+    // with instances, and no obstacle prevents it; `reason` receives the
     // obstacle.
-    std::vector<llvm::Function*> programsToNest(std::string& reason) const;
+    std::vector<llvm::Function*> programsToNest(std::string& reason);
     std::string chooseSimple();
     std::string cutApart(); // for isApart()
     // Why a program that traces cannot be cut, or empty.
@@ -72,6 +76,7 @@ private:
     const GpuPrograms& programs_;
     Kind kind_ = Kind::kPlain;
     bool refuses_ = false;
+    bool raysTrace_ = false; // closest-hit or miss programs trace
     CutPrograms cuts_;
     // The kernel's memory for states of rays and frames of programs: first the near part, then the
     // far part if there are many depths.

@@ -51,7 +51,9 @@ bool isOnlyRead(const llvm::Value& address, llvm::SmallPtrSetImpl<const llvm::Us
         if (const auto* call = llvm::dyn_cast<llvm::CallBase>(user);
             call && call->isArgOperand(&use)) {
             const unsigned argument = call->getArgOperandNo(&use);
-            return call->onlyReadsMemory(argument) && call->doesNotCapture(argument);
+            const llvm::Function* const callee = call->getCalledFunction();
+            return (callee && callee->getName() == "vprintf") || // texts
+                   (call->onlyReadsMemory(argument) && call->doesNotCapture(argument));
         }
         return llvm::isa<llvm::LoadInst, llvm::ICmpInst>(user);
     });
@@ -74,7 +76,8 @@ void refuseUnresolved(const llvm::Module& module) {
     for (const llvm::Function& function : module)
         if (function.isDeclaration() && !function.isIntrinsic() && !function.use_empty() &&
             !llvm::is_contained(kProvided, function.getName()) &&
-            !isDispatcher(function.getName())) // of the other part
+            !isDispatcher(function.getName()) && // of another part
+            !LaunchKernel::isOfKernel(function.getName()))
             missing += (missing.empty() ? "" : ", ") + function.getName().str();
     if (!missing.empty())
         fail(ErrorCode::kNotSupported,
@@ -143,6 +146,8 @@ public:
         code_.feedback += kernel_.choose();
         if (kernel_.refuses())
             return std::move(code_);
+        if (kernel_.isApart())
+            code_.frameBytes = kernel_.cuts().frameBytes;
         code_.takesTurns = kernel_.takesTurns();
         code_.recurses = kernel_.recurses();
         code_.walksInStep = kernel_.walksInStep();
@@ -153,7 +158,9 @@ public:
             declareDispatchers(unit_.module(), request_.part);
         else
             kernel_.make();
-        linkGpuRuntime(unit_.module(), *machine_, request_.runtime, request_.constants);
+        auto constants = request_.constants;
+        constants.emplace_back("sunstone_gpu_inStep", kernel_.walksInStep());
+        linkGpuRuntime(unit_.module(), *machine_, request_.runtime, constants);
         if (request_.part != GpuPart::kKernel) {
             defineDispatchers(unit_.module(), request_, programs_.functions(), kernel_.cuts());
             defineGroupFacts(unit_.module(), request_.groups);
@@ -228,6 +235,17 @@ private:
 };
 
 } // namespace
+
+uint32_t constantOf(const GpuPipelineRequest& request, std::string_view name) {
+    const auto found =
+        std::ranges::find(request.constants, name, [](const auto& each) { return each.first; });
+    return found == request.constants.end() ? 0 : found->second;
+}
+
+bool mayWalkInStep(const GpuPipelineRequest& request) {
+    return constantOf(request, "sunstone_gpu_motion") &&
+           constantOf(request, kGraphConstant) != 0; // there may be instances
+}
 
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request) {
     return GpuBuild(request).run();

@@ -62,6 +62,8 @@ struct GpuPipelineRequest {
     GpuPart part = GpuPart::kWhole;
 };
 constexpr uint64_t kReadyFrameBytes = 640;
+// Kernels for larger depths keep the states of rays in lane memory from the depth kReadyNear on.
+constexpr unsigned kReadyDepth = 6, kReadyNear = 3;
 
 // Functions that the run-time calls with the state and a group number; the result for a group
 // without such a program is ~0u: sunstone_gpu_raygen, _start, _startHit, _startMiss, _resume,
@@ -77,6 +79,7 @@ struct GpuCode {
     bool walksInStep = false;     // the warps of a block (devlib/gpu/nested.h)
     bool takesTurns = false;      // persistent threads (devlib/gpu/loop.h, nested.h)
     bool recurses = false;        // closest-hit or miss programs trace
+    uint64_t frameBytes = 0;      // code of parts: bytes live across a trace
     bool hasState = false; // programs have variables in global memory: each pipeline has its own
 };
 constexpr const char* kGpuKernel = "sunstone_launch";
@@ -85,6 +88,14 @@ constexpr const char* kGpuKernel = "sunstone_launch";
 // Where programs must compile together with their kernel, the text of a part is empty, and
 // `feedback` is the reason.
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
+
+constexpr const char* kGraphConstant = "sunstone_gpu_graph"; // a devlib::GraphKind
+// A constant of the run-time in this request; 0 if the request does not set it.
+uint32_t constantOf(const GpuPipelineRequest& request, std::string_view name);
+
+// Whether warps of the pipeline's kernel traverse in step if it is that of devlib/gpu/nested.h and
+// closest-hit or miss programs trace.
+bool mayWalkInStep(const GpuPipelineRequest& request);
 
 // The key of the code: a digest of all its inputs.
 std::string keyOf(const GpuPipelineRequest& request);

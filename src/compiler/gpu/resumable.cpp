@@ -320,6 +320,10 @@ bool tracesInLoop(const llvm::Function& program) {
     return false;
 }
 
+bool tracesOnce(const llvm::Function& program) {
+    return tracesOf(program).size() == 1 && !tracesInLoop(program);
+}
+
 std::string obstacleToCut(const llvm::Function& program) {
     if (!program.use_empty())
         return "a program that traces is called by another function";

@@ -32,6 +32,8 @@ std::vector<llvm::Function*> tracingFunctions(llvm::Module& module);
 
 // Whether the program, with lowered calls, traces at one place, repeatedly.
 bool tracesInLoop(const llvm::Function& program);
+// Whether it traces at one place, which is in no loop.
+bool tracesOnce(const llvm::Function& program);
 
 // The reason why the program cannot be cut, or empty. Its module must not depend on which lanes of
 // a warp run together.

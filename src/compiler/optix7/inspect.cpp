@@ -48,7 +48,8 @@ uint32_t estimateStack(const ptx::Function& function, bool traces) {
     for (const ptx::Variable& variable : function.variables)
         if (variable.space == ptx::Space::kLocal)
             bytes += variable.size;
-    // Values that live across a trace or call are spilled: a share of the registers is a fair guess.
+    // Values that live across a trace or call are spilled: a share of the registers is a fair
+    // guess.
     const bool calls = std::any_of(function.body.begin(), function.body.end(), [](const auto& s) {
         return s.kind == ptx::StatementKind::kInstruction &&
                s.instruction.facts->syntax == ptx::Syntax::kCall;
@@ -97,6 +98,7 @@ public:
                 variable.name != rules_.launchParams)
                 summary.constantBytes += variable.size;
         summary.selfContained = isSelfContained(module_, rules_);
+        summary.mayRecurse = !summary.selfContained || callsByAddress_ || hasRecursion();
         summary.remarks = remarkOnThrows();
         if (mustCompile_)
             checkByCompiling(module_, rules_, moduleRules_, summary);
@@ -119,18 +121,42 @@ private:
         return {};
     }
 
+    bool hasRecursion() const {
+        std::unordered_map<std::string_view, bool> isDone; // false: in progress
+        return std::ranges::any_of(
+            calls_, [&](const auto& entry) { return leadsToItself(entry.first, isDone); });
+    }
+    // Whether a path of calls from the function meets a function twice.
+    bool leadsToItself(std::string_view name,
+                       std::unordered_map<std::string_view, bool>& isDone) const {
+        const auto found = calls_.find(name);
+        if (found == calls_.end())
+            return false;
+        const auto [state, isNew] = isDone.emplace(name, false);
+        if (!isNew)
+            return !state->second;
+        for (const std::string_view callee : found->second.callees)
+            if (leadsToItself(callee, isDone))
+                return true;
+        isDone[name] = true;
+        return false;
+    }
+
     void collect(const ptx::Function& function) {
         FunctionCalls& calls = calls_[function.name];
         std::optional<TreeConstants> constants;
         for (const ptx::Statement& statement : function.body) {
             if (statement.kind == ptx::StatementKind::kInstruction &&
                 statement.instruction.facts->isJump() && !leadsToNext(function, statement))
-                calls.firstBranch = std::min(calls.firstBranch,
-                                             statement.instruction.location.line);
+                calls.firstBranch =
+                    std::min(calls.firstBranch, statement.instruction.location.line);
             if (statement.kind != ptx::StatementKind::kInstruction ||
-                statement.instruction.facts->syntax != ptx::Syntax::kCall ||
-                statement.instruction.target.kind != ptx::OperandKind::kSymbol)
+                statement.instruction.facts->syntax != ptx::Syntax::kCall)
                 continue;
+            if (statement.instruction.target.kind != ptx::OperandKind::kSymbol) {
+                callsByAddress_ = true;
+                continue;
+            }
             const ptx::Instruction& instruction = statement.instruction;
             const std::string_view name = instruction.target.name;
             if (!isIntrinsicName(name)) {
@@ -203,7 +229,8 @@ private:
             slot = intrinsic.number >= 0 ? std::optional(uint32_t(intrinsic.number))
                                          : constants.valueOf(instruction.arguments[0]);
             mustCompile_ |= !slot;
-            if (slot && *slot >= rules_.optix7.numPayloadValues && moduleRules_.payloadTypes.empty())
+            if (slot && *slot >= rules_.optix7.numPayloadValues &&
+                moduleRules_.payloadTypes.empty())
                 reject(ErrorCode::kInvalidPayloadAccess, instruction, "_optix_", intrinsic.name,
                        ": payload slot ", *slot, " of ", rules_.optix7.numPayloadValues,
                        " (numPayloadValues of the pipeline compile options)");
@@ -221,15 +248,14 @@ private:
                 break;
             const TracePayload payload = payloadOfTrace(*mask, *count, moduleRules_, rules_);
             if (payload.code != ErrorCode::kOk)
-                reject(payload.code, instruction, "_optix_", intrinsic.name, ": ",
-                       payload.problem);
+                reject(payload.code, instruction, "_optix_", intrinsic.name, ": ", payload.problem);
             break;
         }
         case IntrinsicOp::kSetPayloadTypes:
             slot = constants.valueOf(instruction.arguments[0]);
             if (!slot)
-                reject(ErrorCode::kInvalidFunctionArguments, instruction, "_optix_",
-                       intrinsic.name, ": the payload type mask is not a constant");
+                reject(ErrorCode::kInvalidFunctionArguments, instruction, "_optix_", intrinsic.name,
+                       ": the payload type mask is not a constant");
             slots_[&instruction] = *slot;
             break;
         case IntrinsicOp::kReport:
@@ -297,8 +323,7 @@ private:
     }
 
     // "Once per program, at the top": before anything that may branch.
-    void takePayloadTypes(const FunctionCalls& function, const IntrinsicCall& call,
-                          uint32_t mask) {
+    void takePayloadTypes(const FunctionCalls& function, const IntrinsicCall& call, uint32_t mask) {
         const ptx::Instruction& instruction = *call.instruction;
         if (typeCall_)
             reject(ErrorCode::kInvalidFunctionUse, instruction,
@@ -324,14 +349,15 @@ private:
         for (const IntrinsicCall& call : found->second.intrinsics) {
             const bool reads = opOf(*call.intrinsic) == IntrinsicOp::kGetPayload;
             const auto slot = slots_.find(call.instruction);
-            if ((!reads && opOf(*call.intrinsic) != IntrinsicOp::kSetPayload) || slot == slots_.end())
+            if ((!reads && opOf(*call.intrinsic) != IntrinsicOp::kSetPayload) ||
+                slot == slots_.end())
                 continue;
             const PayloadAccess access = reads ? PayloadAccess::kRead : PayloadAccess::kWrite;
             for (size_t i = 0; i < moduleRules_.payloadTypes.size(); ++i) {
                 if (!(program.payloadTypes >> i & 1))
                     continue;
-                const std::string problem = payloadProblem(
-                    program.kind, slot->second - 1, access, &moduleRules_.payloadTypes[i], 0);
+                const std::string problem = payloadProblem(program.kind, slot->second - 1, access,
+                                                           &moduleRules_.payloadTypes[i], 0);
                 if (!problem.empty())
                     reject(ErrorCode::kInvalidPayloadAccess, *call.instruction, "_optix_",
                            call.intrinsic->name, ": ", problem, "; payload type ", i,
@@ -357,12 +383,13 @@ private:
     const ptx::Module& module_;
     const PipelineRules& rules_;
     const ModuleRules& moduleRules_;
-    bool mustCompile_ = false; // operands were found that may not be constants
+    bool mustCompile_ = false;                   // operands were found that may not be constants
     const ptx::Instruction* typeCall_ = nullptr; // set_payload_types of the current program
     uint32_t typeMask_ = 0;
     std::unordered_map<std::string_view, FunctionCalls> calls_;
+    bool callsByAddress_ = false;
     std::unordered_map<const ptx::Instruction*, uint32_t> slots_; // payload words a call needs, or
-                                                                   // its type mask
+                                                                  // its type mask
 };
 
 // The payload types in the calls of a module, each with the number of words that its traces pass.

@@ -30,6 +30,7 @@ std::string ModuleSummary::serialize() const {
     out.wide(launchParamsSize);
     out.wide(constantBytes);
     out.number(selfContained);
+    out.number(mayRecurse);
     out.text(remarks);
     return out.take();
 }
@@ -58,6 +59,7 @@ bool ModuleSummary::deserialize(std::string_view bytes) {
     launchParamsSize = in.wide();
     constantBytes = in.wide();
     selfContained = in.number() != 0;
+    mayRecurse = in.number() != 0;
     remarks = in.text();
     return in.finished();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stored module summaries: serialisation, keys, and reuse without a tree.
-#include "compiler/testing.h"
 #include "compiler/optix7/program_kind.h"
+#include "compiler/testing.h"
 
 #include <map>
 #include <random>
@@ -17,6 +17,7 @@ ModuleSummary some() {
     summary.launchParamsSize = uint64_t(1) << 33;
     summary.constantBytes = 17;
     summary.selfContained = true;
+    summary.mayRecurse = false;
     summary.remarks = "warning: line 3\n";
     return summary;
 }
@@ -39,6 +40,7 @@ void expectSame(const ModuleSummary& a, const ModuleSummary& b) {
     EXPECT_EQ(a.launchParamsSize, b.launchParamsSize);
     EXPECT_EQ(a.constantBytes, b.constantBytes);
     EXPECT_EQ(a.selfContained, b.selfContained);
+    EXPECT_EQ(a.mayRecurse, b.mayRecurse);
     EXPECT_EQ(a.remarks, b.remarks);
 }
 
@@ -102,9 +104,30 @@ TEST(Summary, SaysWhatTheTreeSays) {
     EXPECT_EQ(24u, summary.launchParamsSize);
     EXPECT_EQ(100u, summary.constantBytes);
     EXPECT_FALSE(summary.selfContained);
+    EXPECT_TRUE(summary.mayRecurse) << "through functions that the module does not have";
     ASSERT_EQ(1u, summary.programs.size());
     EXPECT_EQ(2u, summary.programs[0].statements);
     EXPECT_EQ(80u, summary.programs[0].estimatedStack); // 32 and 40, in units of 16
+}
+
+TEST(Summary, RecursionOfFunctions) {
+    const auto mayRecurse = [](const std::string& functions, const char* call) {
+        const auto module = parse(std::string(kHeader) + functions +
+                                  ".visible .entry __raygen__a() {" + call + " ret; }\n");
+        return inspect(*module, {}).mayRecurse;
+    };
+    const std::string leaf = ".func leaf() { ret; }\n";
+    EXPECT_FALSE(mayRecurse(leaf, "call.uni leaf; call.uni leaf;"));
+    EXPECT_FALSE(mayRecurse(leaf + ".func b() { call.uni leaf; ret; }\n"
+                                   ".func a() { call.uni leaf; call.uni b; ret; }\n",
+                            "call.uni a;"));
+    EXPECT_TRUE(mayRecurse(".func a() { call.uni a; ret; }\n", "call.uni a;"));
+    EXPECT_TRUE(mayRecurse(".func b();\n.func a() { call.uni b; ret; }\n"
+                           ".func b() { call.uni a; ret; }\n",
+                           "call.uni a;"));
+    EXPECT_TRUE(mayRecurse(leaf, ".reg .b64 %rd<2>; mov.u64 %rd1, leaf; p: .callprototype _ ();"
+                                 " call %rd1, (), p;"))
+        << "by address";
 }
 
 class MapStore : public ObjectStore {

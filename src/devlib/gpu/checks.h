@@ -85,7 +85,7 @@ SUNSTONE_INLINE int32_t faultOf(const RayState* state, uint64_t handle, uint32_t
 // Before the child of an instance or transform is entered.
 SUNSTONE_INLINE void checkChild(RayState* state, uint64_t child, const uint64_t* path,
                                 uint32_t above) {
-    if (sunstone_gpu_exceptionFlags & (kFlagDebug | kFlagTraceDepth))
+    if (debugging() || raisesDepth(*state->launch))
         checkTraversable(state, child, path, above);
 }
 

@@ -28,7 +28,7 @@ SUNSTONE_INLINE void note(RayState* state, uint64_t& word, int32_t code) {
 
 [[noreturn]] SUNSTONE_INLINE void endThread() {
     if (sunstone_gpu_hasLaneMemory())
-        leaveLaneMemory(1);
+        sunstone_gpu_leaveLaneMemory(1);
     asm volatile("exit;");
     __builtin_unreachable();
 }

@@ -28,8 +28,10 @@ SUNSTONE_INLINE LaneSlot& laneSlot() {
     return *(LaneSlot*)&laneSlots[uint32_t(__nvvm_read_ptx_sreg_tid_x()) / kGpuTile];
 }
 
-// Ends the use of the slot by some lanes of the warp.
-SUNSTONE_INLINE void leaveLaneMemory(uint32_t lanes) {
+// Ends the use of the slot by some lanes of the warp. In a pipeline of parts, the kernel's part has
+// this function; the compiler inlines it elsewhere.
+extern "C" __attribute__((noinline, section(".sunstone.part"))) void
+sunstone_gpu_leaveLaneMemory(uint32_t lanes) {
     LaneSlot& slot = laneSlot();
     if (uint32_t(__nvvm_atom_add_gen_i(reinterpret_cast<int*>(&slot.lanes), -int(lanes))) != lanes)
         return;
@@ -72,7 +74,7 @@ extern "C" uint8_t* sunstone_gpu_claimLaneMemory(LaunchBlock* block) {
 extern "C" void sunstone_gpu_freeLaneMemory() {
     const uint32_t lanes = __nvvm_vote_ballot_sync(~0u, true);
     if (uint32_t(__nvvm_read_ptx_sreg_laneid()) == uint32_t(__builtin_ctz(lanes)))
-        leaveLaneMemory(uint32_t(__builtin_popcount(lanes)));
+        sunstone_gpu_leaveLaneMemory(uint32_t(__builtin_popcount(lanes)));
 }
 
 } // namespace sunstone::devlib::gpu

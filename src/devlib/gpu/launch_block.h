@@ -31,7 +31,7 @@ struct LaunchSaying {
 struct WarpPace {
     uint64_t rays, time;
 };
-constexpr unsigned kPatienceWays = 3;
+constexpr unsigned kPatienceWays = 4;
 
 struct LaunchReport {
     uint64_t raised;  // exception of the run-time
@@ -95,6 +95,17 @@ struct LaneMemory {
     uint64_t freeSlots; // address of the bit set of free slots
     uint32_t words;     // of the bit set
     uint32_t slotBytes;
+    // In code for many pipelines: bytes of a frame, a multiple of 64. Other code knows its layout.
+    uint64_t frameBytes;
+};
+
+// A lane's part of a slot in code for many pipelines: states, then frames, of the depths from
+// `near` on. Programs have depths 0 to maxTraceDepth; a ray beyond it needs a state, too.
+struct FarLayout {
+    constexpr FarLayout(uint32_t maxTraceDepth, uint32_t near, uint64_t frameBytes)
+        : stateBytes(uint64_t(maxTraceDepth + 2 - near) * sizeof(RayState)),
+          bytes(stateBytes + uint64_t(maxTraceDepth + 1 - near) * frameBytes) {}
+    uint64_t stateBytes, bytes;
 };
 
 // Launch indices of a kernel whose warps take them (devlib/gpu/loop.h), as numbers from 0 in the
@@ -112,10 +123,13 @@ struct LaunchWork {
 // The fastest patience depends on programs and scene (engine/gpu/patience.h): refilling idle lanes
 // early is better if the lengths of rays vary widely, waiting for the rays of all lanes is better
 // if programs between rays are long. With kTilePatience lanes also wait with new launch indices
-// until all of them need one, so that neighbours stay together.
+// until all of them need one, so that neighbours stay together. With kDepthPatience lanes whose ray
+// is less deep than that of another lane of the warp wait, too: programs after a trace run for the
+// lanes that trace there and for those that do not, in step.
 constexpr uint32_t kShortPatience = 128;
-constexpr uint32_t kLongPatience = 0x0FFFFFFE; // kernels may take a multiple
-constexpr uint32_t kTilePatience = 0x0FFFFFFF;
+constexpr uint32_t kLongPatience = 0x0FFFFFFD; // kernels may take a multiple
+constexpr uint32_t kTilePatience = 0x0FFFFFFE;
+constexpr uint32_t kDepthPatience = 0x0FFFFFFF;
 
 struct LaunchBlock {
     LaunchState launch;

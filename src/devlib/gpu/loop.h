@@ -58,7 +58,7 @@ enum class Lane : uint32_t {
 // warp call this.
 SUNSTONE_INLINE bool takeIndex(LaunchBlock& block, Lane lane, bool& more, uint32_t index[3]) {
     const uint32_t idle = ballot(lane == Lane::kIdle);
-    if (!more || idle == 0 || (idle != kAllLanes && patienceOf(block) == kTilePatience))
+    if (!more || idle == 0 || (idle != kAllLanes && patienceOf(block) >= kTilePatience))
         return false;
     const uint64_t number = takeNumber(block.work, idle);
     const bool exists = number < block.work.count;
@@ -93,7 +93,7 @@ class PaceCounter {
 public:
     SUNSTONE_INLINE_MEMBER PaceCounter() : start_(now()), rays_(0) {}
     // All lanes of the warp call this.
-    SUNSTONE_INLINE_MEMBER void add(Lane lane) { rays_ += countOf(ballot(lane == Lane::kEnded)); }
+    SUNSTONE_INLINE_MEMBER void add(bool ended) { rays_ += countOf(ballot(ended)); }
     SUNSTONE_INLINE_MEMBER void report(LaunchBlock& block) const {
         if (!block.work.isMeasured || __nvvm_read_ptx_sreg_laneid() != 0)
             return;
@@ -180,7 +180,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
         if (lane == Lane::kAsks)
             lane = begin(&asked, tracer, ray, walker, levels);
         walkTogether<false>(more, lane, tracer, ray, walker, stack, levels, patienceOf(block));
-        pace.add(lane);
+        pace.add(lane == Lane::kEnded);
         if (lane == Lane::kEnded) {
             uint32_t hitGroup = 0;
             const Found found = conclude(tracer, ray, hitGroup);

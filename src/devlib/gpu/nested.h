@@ -6,9 +6,9 @@
 // frames of programs that wait for the next ray. As in loop.h each warp loops, and walks all its
 // rays at one place, at any depth.
 //
-// Where instances have motion, the code of the walk is larger than the instruction cache. All warps
-// of a block then walk in step, so that they share the cached code (docs/notes/programs-gpu.md has
-// figures).
+// Where instances have motion, the code of the walk is larger than the instruction cache. If
+// closest-hit or miss programs trace, all warps of a block then walk in step, so that they share
+// the cached code (docs/notes/programs-gpu.md has figures).
 #pragma once
 
 #include "devlib/gpu/loop.h"
@@ -23,6 +23,7 @@ constexpr uint32_t kNestedPatience = 8;
 struct WaitingPart {
     RayState* states;
     uint8_t* frames;
+    uint32_t frameBytes;
 };
 
 // The rays and waiting programs of all depths, and one more ray: a ray that is too deep is
@@ -31,7 +32,7 @@ struct WaitingPart {
 // Pipelines with a small limit of depth have no `far`.
 struct Waiting {
     WaitingPart near, far;
-    uint32_t nearDepths, frameBytes;
+    uint32_t nearDepths;
 
     SUNSTONE_INLINE_MEMBER bool isFar(uint32_t depth) const {
         return far.states && depth >= nearDepths;
@@ -40,12 +41,25 @@ struct Waiting {
         return isFar(depth) ? far.states + (depth - nearDepths) : near.states + depth;
     }
     SUNSTONE_INLINE_MEMBER void* frameAt(uint32_t depth) const {
-        return isFar(depth) ? far.frames + uint64_t(depth - nearDepths) * frameBytes
-                            : near.frames + uint64_t(depth) * frameBytes;
+        return isFar(depth) ? far.frames + uint64_t(depth - nearDepths) * far.frameBytes
+                            : near.frames + uint64_t(depth) * near.frameBytes;
     }
     // Group of the program at a depth that waits for the ray below.
     SUNSTONE_INLINE_MEMBER uint32_t& groupAt(uint32_t depth) const { return stateAt(depth)->pad; }
 };
+
+constexpr uint32_t kMostDepth = 32; // of rays, a power of two
+
+// The lanes with the largest depth among those that are `busy`. All lanes of the warp call this.
+SUNSTONE_INLINE uint32_t deepestLanes(bool busy, uint32_t depth) {
+    uint32_t lanes = ballot(busy);
+#pragma clang loop unroll(full)
+    for (uint32_t bit = kMostDepth; bit != 0; bit >>= 1) {
+        const uint32_t set = ballot(depth & bit) & lanes;
+        lanes = set != 0 ? set : lanes;
+    }
+    return lanes;
+}
 
 // Runs the programs at the end of the ray at `depth`, and those that waited for it. True: the state
 // at the new `depth` requests a ray. False: the launch index has ended.
@@ -83,7 +97,6 @@ template <bool kWithCustoms, unsigned kMaxLevels, bool kWithMotion>
 SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) {
     using Programs = Tracer<kWithCustoms, kMaxLevels, kWithMotion>;
     using Walk = walk::Traversal<Programs>;
-    constexpr bool kInStep = kWithMotion && kMaxLevels > 0; // see LaunchKernel::walksInStep
     RayState& root = *waiting.near.states;
     ThreadState thread;
     prepareRoot(block.launch, root, thread);
@@ -119,10 +132,18 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
             tracer.state = waiting.stateAt(depth);
             lane = begin(tracer.state, tracer, ray, walker, levels);
         }
-        walkTogether<kInStep>(more, lane, tracer, ray, walker, stack, levels,
-                              kNestedPatience * patienceOf(block));
-        pace.add(lane);
-        if (lane == Lane::kEnded)
+        const uint32_t patience = kNestedPatience * patienceOf(block);
+        if (sunstone_gpu_inStep)
+            walkTogether<true>(more, lane, tracer, ray, walker, stack, levels, patience);
+        else
+            walkTogether<false>(more, lane, tracer, ray, walker, stack, levels, patience);
+        bool goes = lane == Lane::kEnded;
+        if (patienceOf(block) == kDepthPatience) { // all lanes with a ray have ended it
+            const uint32_t deepest = deepestLanes(goes, depth);
+            goes = deepest >> uint32_t(__nvvm_read_ptx_sreg_laneid()) & 1;
+        }
+        pace.add(goes);
+        if (goes)
             lane = goOn(waiting, tracer, ray, depth) ? Lane::kAsks : Lane::kIdle;
         if (isThrough(lane, more))
             return pace.report(block);
@@ -142,20 +163,39 @@ SUNSTONE_INLINE void runNestedInGraph(LaunchBlock& block, const Waiting& waiting
     }
 }
 
+SUNSTONE_INLINE void startNested(LaunchBlock& block, const Waiting& waiting) {
+    if (sunstone_gpu_motion)
+        runNestedInGraph<true, true>(block, waiting);
+    else if (sunstone_gpu_hasIntersection)
+        runNestedInGraph<true, false>(block, waiting);
+    else
+        runNestedInGraph<false, false>(block, waiting);
+}
+
 // `states`, `frames`: near, at least two states; `farStates`, `farFrames`: null if there are none.
 extern "C" __attribute__((always_inline)) void
 sunstone_gpu_runNested(LaunchBlock* block, void* states, void* frames, void* farStates,
                        void* farFrames, uint32_t nearDepths, uint32_t frameBytes) {
-    const Waiting waiting = {{static_cast<RayState*>(states), static_cast<uint8_t*>(frames)},
-                             {static_cast<RayState*>(farStates), static_cast<uint8_t*>(farFrames)},
-                             nearDepths,
-                             frameBytes};
-    if (sunstone_gpu_motion)
-        runNestedInGraph<true, true>(*block, waiting);
-    else if (sunstone_gpu_hasIntersection)
-        runNestedInGraph<true, false>(*block, waiting);
-    else
-        runNestedInGraph<false, false>(*block, waiting);
+    startNested(*block,
+                {{static_cast<RayState*>(states), static_cast<uint8_t*>(frames), frameBytes},
+                 {static_cast<RayState*>(farStates), static_cast<uint8_t*>(farFrames), frameBytes},
+                 nearDepths});
+}
+
+// In code for many pipelines, which have more depths: the far part is memory that the warp claims,
+// of a size that depends on the pipeline.
+extern "C" __attribute__((always_inline)) void
+sunstone_gpu_runNestedDeep(LaunchBlock* block, void* states, void* frames, uint32_t nearDepths,
+                           uint32_t frameBytes) {
+    const uint64_t farBytes = block->work.laneMemory.frameBytes;
+    const FarLayout layout(block->launch.maxTraceDepth, nearDepths, farBytes);
+    uint8_t* const own = sunstone_gpu_claimLaneMemory(block) +
+                         uint64_t(uint32_t(__nvvm_read_ptx_sreg_laneid())) * layout.bytes;
+    startNested(*block,
+                {{static_cast<RayState*>(states), static_cast<uint8_t*>(frames), frameBytes},
+                 {reinterpret_cast<RayState*>(own), own + layout.stateBytes, uint32_t(farBytes)},
+                 nearDepths});
+    sunstone_gpu_freeLaneMemory();
 }
 
 } // namespace sunstone::devlib::gpu

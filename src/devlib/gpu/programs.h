@@ -56,19 +56,27 @@ __attribute__((const)) uint64_t sunstone_gpu_maxGraphDepth(const LaunchBlock*);
 
 extern const uint32_t sunstone_gpu_hasAnyHit;
 extern const uint32_t sunstone_gpu_hasIntersection;
-extern const uint32_t sunstone_gpu_micromaps;    // rays test opacity micromaps
-extern const uint32_t sunstone_gpu_shapes;       // bvh::gpu::ShapeBits that rays may meet
-extern const uint32_t sunstone_gpu_hasBounds;    // some group is a bounds program
-extern const uint32_t sunstone_gpu_hasVisits;    // some group is a visit program
-extern const uint32_t sunstone_gpu_hasException; // some group is an exception program
-extern const uint32_t sunstone_gpu_exceptionFlags;
-extern const uint32_t sunstone_gpu_graph;  // GraphKind
-extern const uint32_t sunstone_gpu_motion; // the pipeline is compiled with usesMotionBlur
+extern const uint32_t sunstone_gpu_micromaps;      // rays test opacity micromaps
+extern const uint32_t sunstone_gpu_shapes;         // bvh::gpu::ShapeBits that rays may meet
+extern const uint32_t sunstone_gpu_hasBounds;      // some group is a bounds program
+extern const uint32_t sunstone_gpu_hasVisits;      // some group is a visit program
+extern const uint32_t sunstone_gpu_hasException;   // some group is an exception program
+extern const uint32_t sunstone_gpu_exceptionFlags; // with kGpuFactOfLaunch: kFlagTraceDepth as
+                                                   // the launch has it, and no other checks
+extern const uint32_t sunstone_gpu_graph;          // GraphKind
+extern const uint32_t sunstone_gpu_inStep;         // the warps of a block walk in step (nested.h)
+extern const uint32_t sunstone_gpu_motion;         // the pipeline is compiled with usesMotionBlur
 }
 
 // A fact of which the constant in code for many pipelines is kGpuFactOfLaunch.
 SUNSTONE_INLINE bool holds(uint32_t constant, uint32_t ofLaunch) {
     return constant & kGpuFactOfLaunch ? ofLaunch : constant;
+}
+
+// Whether rays and graphs that are too deep raise exceptions.
+SUNSTONE_INLINE bool raisesDepth(const LaunchState& launch) {
+    const uint32_t flags = sunstone_gpu_exceptionFlags;
+    return (flags & kGpuFactOfLaunch ? launch.exceptionFlags : flags) & kFlagTraceDepth;
 }
 
 // The rule by which the API generation of this run-time finds records.

@@ -729,7 +729,7 @@ SUNSTONE_INLINE bool withinDepth(RayState* state) {
         checkTrace(state);
         return true;
     }
-    if (sunstone_gpu_exceptionFlags & kFlagTraceDepth) {
+    if (raisesDepth(*state->launch)) {
         state->hit.transformCount = 0;
         raise(state, kExceptionTraceDepth);
     }

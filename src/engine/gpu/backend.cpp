@@ -120,7 +120,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.firstGroup = code.firstGroup;
     const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
     const uint64_t tilesOfBlock = code.blockThreads / devlib::kGpuTile;
-    const uint64_t blocks = (tiles + tilesOfBlock - 1) / tilesOfBlock;
+    const uint64_t blocks =
+        std::min<uint64_t>((tiles + tilesOfBlock - 1) / tilesOfBlock, code.mostBlocks);
     block.work.count = tiles * devlib::kGpuTile;
     block.work.laneMemory = code.laneMemory;
     block.report = devlib::emptyReport();

@@ -38,6 +38,8 @@ public:
     // Makes or finds machine code of all kernels of the library, keeps it in the cache and loads
     // it.
     void prepareKernels();
+    // Compiles the kernels of ready_code.h for which there is no code.
+    void prepareReadyKernels(compiler::ObjectStore* store);
 
     void useCache(std::shared_ptr<CompileCache> cache) override {
         kernelCode_.useCache(std::move(cache));
@@ -81,10 +83,13 @@ private:
     static unsigned depthOfGraphs(const PipelineLimits& limits);
     std::shared_ptr<GpuCodeObject> makeCode(const CodePlan& plan, devlib::GraphKind graph,
                                             const GpuLaterCode* later);
+    void obtainLaneMemory(GpuCodeObject& object, const compiler::GpuCode& code);
     compiler::GpuCode compileWhole(const compiler::GpuPipelineRequest& request);
     bool addMachineCode(compiler::GpuCode& code, const compiler::GpuPipelineRequest& request);
     std::shared_ptr<const GpuLaterCode> compileLater(const compiler::GpuPipelineRequest& request,
                                                      compiler::ObjectStore* store);
+    void makeReadyKernelLater(const compiler::GpuPipelineRequest& request,
+                              compiler::ObjectStore* store);
     LoadedGpuCodes::Entry loadMachineCode(compiler::GpuCode code);
     LoadedGpuCodes::Entry obtainReadyCode(const compiler::GpuPipelineRequest& request,
                                           compiler::ObjectStore* store);

@@ -57,6 +57,7 @@ public:
     size_t neededStack = 0;
     size_t reservedStack = 0;           // part of neededStack for functions that do not check
     devlib::LaneMemory laneMemory = {}; // claimed by its warps, if any
+    unsigned mostBlocks = ~0u;          // of a launch, so that each warp has lane memory
     std::atomic<size_t> stackBytes = 0;
     std::string feedback;       // messages of the compiler
     unsigned readyLaunches = 0; // on idle streams, while `later` is compiled

@@ -5,6 +5,7 @@
 #include "base/config.h"
 #include "base/error.h"
 #include "base/log.h"
+#include "base/threads.h"
 #include "bvh/gpu/layout.h"
 #include "compiler/flavor.h"
 #include "compiler/gpu/header.h"
@@ -64,6 +65,18 @@ bool mayRecurse(const PipelineParts& parts) {
             return true;
     }
     return false;
+}
+
+// Whether the stack may overflow: it has room for traces of full depth and for all frames of
+// programs, but not for functions that call themselves. `traceDepth`: 0 is unknown.
+bool mayOverflow(const PipelineParts& parts, unsigned traceDepth) {
+    const auto recurses = [](const ProgramRef& program) {
+        return program && program.module->summary.mayRecurse;
+    };
+    return traceDepth == 0 || std::ranges::any_of(parts.groups, [&](const auto& group) {
+               return group->kind == devlib::kGroupCallables ||
+                      std::ranges::any_of(group->programs, recurses);
+           });
 }
 
 // The details of callables for debug exceptions.
@@ -194,6 +207,35 @@ GpuBackend::compileLater(const compiler::GpuPipelineRequest& request,
     return later;
 }
 
+void GpuBackend::prepareReadyKernels(compiler::ObjectStore* store) {
+    if (!hasPtxCompiler())
+        return;
+    const auto kernels = readyKernels(target());
+    parallelFor(kernels.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            if (readyKernelCode(kernels[i], store).empty())
+                compileReadyKernel(kernels[i], store);
+    });
+}
+
+// Drivers that are older than the archive's machine code refuse it. The next pipelines then find
+// the kernel in the disk cache.
+void GpuBackend::makeReadyKernelLater(const compiler::GpuPipelineRequest& request,
+                                      compiler::ObjectStore* store) {
+    const auto kernel = readyKernelFor(request);
+    if (!kernel || !store || !hasPtxCompiler() || currentConfig(Setting::kGpuCode) == "whole" ||
+        !readyKernelCode(*kernel, store).empty())
+        return;
+    gpuProcess().codeQueue.add(this, [kernel, store] {
+        try {
+            compileReadyKernel(*kernel, store);
+        } catch (const std::exception& error) {
+            log(LogLevel::kWarning, "engine",
+                message("a kernel cannot be compiled: ", error.what()));
+        }
+    });
+}
+
 // Throws kLinkError if the driver refuses the machine code: there is no text.
 LoadedGpuCodes::Entry GpuBackend::loadMachineCode(compiler::GpuCode code) {
     std::string unused;
@@ -215,7 +257,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainReadyCode(const compiler::GpuPipelineReq
     if (entry.loaded || setting == "whole")
         return entry;
     const auto kernel = readyKernelFor(request);
-    const std::string kernelCode = kernel ? readyKernelCode(*kernel) : std::string();
+    const std::string kernelCode = kernel ? readyKernelCode(*kernel, store) : std::string();
     if (kernelCode.empty())
         return entry;
     std::optional<compiler::GpuCode> code =
@@ -270,6 +312,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
         if (LoadedGpuCodes::Entry ready = obtainReadyCode(request, store); ready.loaded)
             return ready;
         code = compileWhole(request);
+        makeReadyKernelLater(request, store);
     }
     if (code.hasState && constantOf(request, kGraphConstant) == devlib::kGraphShallow) {
         if (store && !isKept)
@@ -358,6 +401,24 @@ void GpuBackend::makeRoom(GpuCodeObject& code, const CodePlan& plan,
              " bytes of stack a thread, which this GPU cannot give to all of them");
 }
 
+// Code of parts does without fast launches where their memory would be a large part of the
+// device's.
+void GpuBackend::obtainLaneMemory(GpuCodeObject& object, const compiler::GpuCode& code) {
+    constexpr size_t kLeast = size_t(64) << 20, kShare = 64;
+    const unsigned warpsOfBlock = object.blockThreads / devlib::kGpuTile;
+    unsigned warps = residentWarps(object.kernel, object.blockThreads);
+    if (code.frameBytes != 0) {
+        size_t unused = 0, total = 0;
+        SUNSTONE_CU(memGetInfo, &unused, &total);
+        const size_t most = std::max(kLeast, total / kShare) / code.laneMemoryBytes;
+        object.mostBlocks =
+            unsigned(std::max<size_t>(std::min<size_t>(most, warps) / warpsOfBlock, 1));
+        warps = object.mostBlocks * warpsOfBlock;
+    }
+    object.laneMemory = laneMemory_.obtain(code.laneMemoryBytes, warps, code.walksInStep);
+    object.laneMemory.frameBytes = code.frameBytes;
+}
+
 std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, devlib::GraphKind graph,
                                                     const GpuLaterCode* later) {
     ContextScope scope(device_.context());
@@ -373,9 +434,7 @@ std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, devlib
     loaded->blockThreads =
         code.walksInStep ? devlib::kGpuStepBlockThreads : devlib::kGpuBlockThreads;
     if (code.laneMemoryBytes != 0)
-        loaded->laneMemory = laneMemory_.obtain(code.laneMemoryBytes,
-                                                residentWarps(loaded->kernel, loaded->blockThreads),
-                                                code.walksInStep);
+        obtainLaneMemory(*loaded, code);
     makeRoom(*loaded, plan, code.stack);
     setStackUse(*loaded);
     return loaded;
@@ -397,6 +456,9 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     const PipelineLimits limits = pipeline.limits.get();
     request.maxTraceDepth = limits.maxTraceDepth;
     plan.cache = parts.cache;
+    uint32_t& flags = request.pipeline.rules.exceptionFlags;
+    if ((flags & devlib::kFlagStackOverflow) && !mayOverflow(parts, limits.maxTraceDepth))
+        flags &= ~devlib::kFlagStackOverflow; // checks exclude the fast kernels
     for (const auto& group : parts.groups)
         plan.firstGroup = std::min(plan.firstGroup, group->number);
     const auto has = [&](devlib::GroupKind kind) {
@@ -404,8 +466,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
                                    [=](const auto& group) { return group->kind == kind; });
     };
     plan.hasVisits = has(devlib::kGroupVisit);
-    plan.measuresStack =
-        (pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow) || mayRecurse(parts);
+    plan.measuresStack = (flags & devlib::kFlagStackOverflow) || mayRecurse(parts);
     for (size_t i = 0; i < parts.groups.size(); ++i) {
         static_assert(compiler::GpuGroup::kNone == PipelineParts::kNone);
         const ProgramGroup& group = *parts.groups[i];
@@ -421,7 +482,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_hasBounds", has(devlib::kGroupBounds)},
         {"sunstone_gpu_hasVisits", plan.hasVisits},
         {"sunstone_gpu_hasException", has(devlib::kGroupException)},
-        {"sunstone_gpu_exceptionFlags", pipeline.rules.exceptionFlags},
+        {"sunstone_gpu_exceptionFlags", flags},
         {"sunstone_gpu_motion", pipeline.rules.motionBlur},
     };
     const auto code = std::make_shared<GpuPipelineCode>(

@@ -89,8 +89,9 @@ void warm(const Gpu& gpu, const CompileCache::Log& log) {
     auto cache = std::make_shared<CompileCache>(log);
     cache->start();
     GpuBackend backend(contextOf(gpu));
-    backend.useCache(std::move(cache));
+    backend.useCache(cache);
     backend.prepareKernels();
+    backend.prepareReadyKernels(cache->enabled() ? cache.get() : nullptr);
 }
 
 int cudaOrdinalOfCpu() {

@@ -22,20 +22,6 @@ const KernelImages* usableKernelImages() {
 
 namespace {
 
-bool findKept(const std::string& key, compiler::ObjectStore& store, std::string& code) {
-    compiler::GpuCode kept;
-    if (!compiler::findGpuPipeline(key, store, kept))
-        return false;
-    code = std::move(kept.machineCode);
-    return !code.empty();
-}
-
-void keep(const std::string& key, compiler::ObjectStore& store, const std::string& code) {
-    compiler::GpuCode kept;
-    kept.machineCode = code;
-    compiler::keepGpuPipeline(key, kept, store);
-}
-
 // The largest texts first, as they take longest. Empty where the compiler refuses a text.
 std::vector<std::string> compileAll(std::span<const KernelSource* const> kernels,
                                     unsigned computeCapability) {
@@ -63,6 +49,20 @@ std::vector<std::string> compileAll(std::span<const KernelSource* const> kernels
 }
 
 } // namespace
+
+bool findKernelCode(const std::string& key, compiler::ObjectStore& store, std::string& code) {
+    compiler::GpuCode kept;
+    if (!compiler::findGpuPipeline(key, store, kept))
+        return false;
+    code = std::move(kept.machineCode);
+    return !code.empty();
+}
+
+void keepKernelCode(const std::string& key, compiler::ObjectStore& store, const std::string& code) {
+    compiler::GpuCode kept;
+    kept.machineCode = code;
+    compiler::keepGpuPipeline(key, kept, store);
+}
 
 bool KnownKernelCode::find(const std::string& key, std::string& code) {
     std::lock_guard lock(mutex_);
@@ -132,7 +132,7 @@ std::vector<std::string> GpuKernelCode::machineCode(std::span<const KernelSource
         } else if (known.find(keys[i], codes[i])) {
             if (store && !store->has(keys[i]))
                 unkept.push_back(i);
-        } else if (store && findKept(keys[i], *store, codes[i])) {
+        } else if (store && findKernelCode(keys[i], *store, codes[i])) {
             known.add(keys[i], codes[i]);
         } else {
             missing.push_back(i);
@@ -152,7 +152,7 @@ std::vector<std::string> GpuKernelCode::machineCode(std::span<const KernelSource
     }
     if (store)
         for (const size_t i : unkept)
-            keep(keys[i], *store, codes[i]);
+            keepKernelCode(keys[i], *store, codes[i]);
     return codes;
 }
 

@@ -30,6 +30,10 @@ private:
     std::unordered_map<std::string, std::string> codes_;
 };
 
+// A kernel's code in a disk cache.
+bool findKernelCode(const std::string& key, compiler::ObjectStore& store, std::string& code);
+void keepKernelCode(const std::string& key, compiler::ObjectStore& store, const std::string& code);
+
 class GpuKernelCode final : public device::cuda::MachineCodeSource {
 public:
     // `images`: code for this GPU, or null: none.

@@ -11,12 +11,6 @@ namespace sunstone::engine {
 
 using namespace device::cuda;
 
-uint32_t constantOf(const compiler::GpuPipelineRequest& request, std::string_view name) {
-    const auto found =
-        std::ranges::find(request.constants, name, [](const auto& each) { return each.first; });
-    return found == request.constants.end() ? 0 : found->second;
-}
-
 // Registers of a thread. Fewer registers allow more warps but spill more. Measured on an H100
 // (docs/notes/instances-gpu.md, docs/notes/programs-gpu.md):
 //

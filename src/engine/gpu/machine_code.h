@@ -11,9 +11,7 @@
 
 namespace sunstone::engine {
 
-constexpr const char* kGraphConstant = "sunstone_gpu_graph";
-// A constant of the run-time in this request; 0 if the request does not set it.
-uint32_t constantOf(const compiler::GpuPipelineRequest& request, std::string_view name);
+using compiler::kGraphConstant;
 
 constexpr unsigned kMostRegisters = 128;
 // Registers of a thread that suit most kernels of this kind.

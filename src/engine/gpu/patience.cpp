@@ -27,7 +27,7 @@ bool WarpPatience::isMeasured() const {
 
 void WarpPatience::choose(devlib::LaunchWork& work, bool mayTry) {
     constexpr uint32_t kWays[] = {devlib::kShortPatience, devlib::kLongPatience,
-                                  devlib::kTilePatience};
+                                  devlib::kTilePatience, devlib::kDepthPatience};
     static_assert(std::size(kWays) == devlib::kPatienceWays);
     std::lock_guard lock(mutex_);
     if (isMeasured() && ++launches_ >= kLaunchesOfAChoice) {

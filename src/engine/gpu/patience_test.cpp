@@ -21,15 +21,16 @@ TEST(WarpPatience, FirstLaunchTriesAll) {
     EXPECT_EQ(work.patience[0], devlib::kShortPatience);
     EXPECT_EQ(work.patience[1], devlib::kLongPatience);
     EXPECT_EQ(work.patience[2], devlib::kTilePatience);
+    EXPECT_EQ(work.patience[3], devlib::kDepthPatience);
 }
 
 TEST(WarpPatience, TheFastestWayIsTaken) {
     constexpr uint32_t kWays[] = {devlib::kShortPatience, devlib::kLongPatience,
-                                  devlib::kTilePatience};
+                                  devlib::kTilePatience, devlib::kDepthPatience};
     for (size_t fastest = 0; fastest < std::size(kWays); ++fastest) {
         WarpPatience patience;
         next(patience);
-        devlib::WarpPace paces[] = {{kMany, 1000}, {kMany, 1000}, {kMany, 1000}};
+        devlib::WarpPace paces[] = {{kMany, 1000}, {kMany, 1000}, {kMany, 1000}, {kMany, 1000}};
         paces[fastest].time -= 10;
         patience.learn(paces);
         const devlib::LaunchWork work = next(patience);
@@ -43,9 +44,9 @@ TEST(WarpPatience, FewRaysDecideNothing) {
     WarpPatience patience;
     for (int launch = 0; launch < 10; ++launch) {
         EXPECT_TRUE(next(patience).isMeasured);
-        patience.learn({{100, 1}, {100, 2}, {100, 3}});
+        patience.learn({{100, 1}, {100, 2}, {100, 3}, {100, 4}});
     }
-    patience.learn({{kMany, 100}, {kMany, 200}, {kMany, 300}});
+    patience.learn({{kMany, 100}, {kMany, 200}, {kMany, 300}, {kMany, 400}});
     EXPECT_EQ(next(patience).patience[1], devlib::kShortPatience);
 }
 
@@ -53,7 +54,7 @@ TEST(WarpPatience, FewRaysDecideNothing) {
 TEST(WarpPatience, LaunchesWithoutAReport) {
     WarpPatience patience;
     for (int launch = 0; launch < 200; ++launch) {
-        patience.learn({{0, 0}, {0, 0}, {0, 0}});
+        patience.learn({{0, 0}, {0, 0}, {0, 0}, {0, 0}});
         EXPECT_TRUE(next(patience).isMeasured);
     }
 }
@@ -68,12 +69,12 @@ TEST(WarpPatience, CapturedLaunchesTryNothing) {
 
 TEST(WarpPatience, ChoicesAreMadeAgain) {
     WarpPatience patience;
-    patience.learn({{kMany, 100}, {kMany, 200}, {kMany, 300}});
+    patience.learn({{kMany, 100}, {kMany, 200}, {kMany, 300}, {kMany, 400}});
     int measured = 0;
     for (int launch = 0; launch < 100; ++launch)
         measured += next(patience).isMeasured != 0;
     EXPECT_GT(measured, 0);
-    patience.learn({{kMany, 200}, {kMany, 100}, {kMany, 150}});
+    patience.learn({{kMany, 200}, {kMany, 100}, {kMany, 150}, {kMany, 300}});
     EXPECT_EQ(next(patience).patience[0], devlib::kLongPatience);
 }
 

@@ -70,9 +70,21 @@ struct Programs {
     }
 };
 
+// The lane memory of states and frames beyond compiler::kReadyNear.
+void claimLaneMemory(compiler::GpuCode& code, const Programs& programs, unsigned depth) {
+    constexpr uint64_t kAlignment = alignof(devlib::RayState);
+    uint64_t most = 1;
+    for (const compiler::GpuCode& part : programs.codes)
+        most = std::max(most, part.frameBytes);
+    code.frameBytes = (most + kAlignment - 1) / kAlignment * kAlignment;
+    code.laneMemoryBytes =
+        devlib::kGpuTile * devlib::FarLayout(depth, compiler::kReadyNear, code.frameBytes).bytes;
+}
+
 } // namespace
 
-std::string compileReadyKernel(const compiler::GpuPipelineRequest& kernel) {
+std::string compileReadyKernel(const compiler::GpuPipelineRequest& kernel,
+                               compiler::ObjectStore* store) {
     KnownKernelCode& known = gpuProcess().kernels;
     const std::string key = compiler::keyOf(kernel.target, readyKernelId(kernel));
     std::string code;
@@ -81,19 +93,26 @@ std::string compileReadyKernel(const compiler::GpuPipelineRequest& kernel) {
                       readyKernelRegisters(kernel))
                    .value_or("");
         known.add(key, code);
+        if (store && !code.empty() && !linksTexts())
+            keepKernelCode(key, *store, code);
     }
     return code;
 }
 
-std::string readyKernelCode(const compiler::GpuPipelineRequest& kernel) {
+std::string readyKernelCode(const compiler::GpuPipelineRequest& kernel,
+                            compiler::ObjectStore* store) {
     const compiler::GpuTarget& gpu = kernel.target;
-    const std::string id = readyKernelId(kernel);
+    const std::string id = readyKernelId(kernel), key = compiler::keyOf(gpu, id);
+    KnownKernelCode& known = gpuProcess().kernels;
     std::string code;
     if (const KernelImages* images = linksTexts() ? nullptr : usableKernelImages())
         code = images->find(gpu.computeCapability, gpu.driverVersion, id);
-    if (code.empty() && !gpuProcess().kernels.find(compiler::keyOf(gpu, id), code) &&
-        currentConfig(Setting::kGpuCode) == "ready")
-        code = compileReadyKernel(kernel);
+    if (!code.empty() || known.find(key, code))
+        return code;
+    if (store && !linksTexts() && findKernelCode(key, *store, code))
+        known.add(key, code);
+    else if (currentConfig(Setting::kGpuCode) == "ready")
+        code = compileReadyKernel(kernel, store);
     return code;
 }
 
@@ -124,8 +143,9 @@ std::optional<compiler::GpuCode> readyCodeOf(const compiler::GpuPipelineRequest&
     code.machineCode = std::move(*linked);
     code.stack.isMeasured = true; // the linker adds all frames to the kernel's
     code.takesTurns = code.recurses = true;
-    code.walksInStep = constantOf(kernel, "sunstone_gpu_motion") &&
-                       constantOf(kernel, kGraphConstant) != devlib::kGraphGas;
+    code.walksInStep = compiler::mayWalkInStep(kernel);
+    if (request.maxTraceDepth > compiler::kReadyDepth)
+        claimLaneMemory(code, programs, request.maxTraceDepth);
     const std::chrono::duration<double, std::milli> time = Clock::now() - start;
     log(LogLevel::kDebug, "engine",
         message("pipeline for ", readyKernelId(kernel), " in ", time.count(), " ms"));

@@ -15,23 +15,25 @@
 
 namespace sunstone::engine {
 
-// All kernels, for an archive (kernel_images.h). `runtime`: as in GpuPipelineRequest.
-std::vector<compiler::GpuPipelineRequest> readyKernels(std::string_view runtime,
-                                                       const compiler::GpuTarget& target);
+// All kernels, for an archive (kernel_images.h).
+std::vector<compiler::GpuPipelineRequest> readyKernels(const compiler::GpuTarget& target);
 // The kernel's name in the archive.
 std::string readyKernelId(const compiler::GpuPipelineRequest& kernel);
 // Registers of a thread.
 unsigned readyKernelRegisters(const compiler::GpuPipelineRequest& kernel);
 
 // The kernel that serves the pipeline of this request. Empty for pipelines that must compile as a
-// whole: those of the classic API, with exception flags, with deep recursion, or with many programs.
+// whole: those with debug or stack overflow exceptions, with visit programs, or with many programs.
 std::optional<compiler::GpuPipelineRequest>
 readyKernelFor(const compiler::GpuPipelineRequest& request);
-// Its code for the driver's linker: from the archive, or what the process has compiled. If there is
-// none, the code is empty, or compiled now where SUNSTONE_GPU_CODE is "ready".
-std::string readyKernelCode(const compiler::GpuPipelineRequest& kernel);
+// Its code for the driver's linker: from the archive, from the process, or from the disk cache
+// `store`, which may be null. If there is none, the code is empty, or compiled now where
+// SUNSTONE_GPU_CODE is "ready".
+std::string readyKernelCode(const compiler::GpuPipelineRequest& kernel,
+                            compiler::ObjectStore* store);
 // Compiles the kernel, once in a process.
-std::string compileReadyKernel(const compiler::GpuPipelineRequest& kernel);
+std::string compileReadyKernel(const compiler::GpuPipelineRequest& kernel,
+                               compiler::ObjectStore* store);
 
 // The pipeline's code, linked with that of its kernel. Empty if its programs must compile together
 // with the kernel.

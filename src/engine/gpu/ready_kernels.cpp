@@ -4,6 +4,7 @@
 #include "bvh/gpu/layout.h"
 #include "compiler/flavor.h"
 #include "devlib/gpu/launch_block.h"
+#include "devlib/gpu_runtime.h"
 #include "engine/gpu/machine_code.h"
 #include "engine/gpu/ready_code.h"
 
@@ -13,39 +14,42 @@ namespace sunstone::engine {
 
 namespace {
 
-// Kernels keep the states of all rays of a lane in local memory, for traces of these depths.
-constexpr unsigned kDepths[] = {2, 6};
+// Depths of traces. Up to compiler::kReadyDepth kernels keep the states of all rays of a lane in
+// local memory.
+constexpr unsigned kFew = 2, kDeep = 31;
+static_assert(kDeep > compiler::kReadyDepth);
 // Pipelines with more programs take as long in parts as a whole (docs/notes/compile-time.md).
 constexpr size_t kMostPrograms = 48;
 
 struct Kind {
-    std::string_view runtime;
-    compiler::GpuTarget target;
+    bool isClassic;
     devlib::GraphKind graph;
     bool hasShapes, moves; // custom primitives, curves and spheres; motion
     unsigned depth;
 };
 
 // A kernel for all programs of its kind.
-compiler::GpuPipelineRequest requestOf(const Kind& kind) {
+compiler::GpuPipelineRequest requestOf(const Kind& kind, const compiler::GpuTarget& target) {
     constexpr uint32_t kAllTypes = ~0u;
+    const bool hasCurves = kind.hasShapes && !kind.isClassic;
     const uint32_t shapes =
-        kind.hasShapes ? bvh::gpu::shapeBitsOf(kAllTypes) | devlib::kGpuFactOfLaunch : 0;
+        hasCurves ? bvh::gpu::shapeBitsOf(kAllTypes) | devlib::kGpuFactOfLaunch : 0;
     compiler::GpuPipelineRequest kernel;
     kernel.part = compiler::GpuPart::kKernel;
     kernel.pipeline.rules.motionBlur = kind.moves;
-    kernel.runtime = kind.runtime;
-    kernel.target = kind.target;
+    kernel.pipeline.flavor = kind.isClassic ? &compiler::optix6Flavor() : &compiler::optix7Flavor();
+    kernel.runtime = kind.isClassic ? devlib::gpuClassicRuntime() : devlib::gpuRuntime();
+    kernel.target = target;
     kernel.maxTraceDepth = kind.depth;
     kernel.constants = {
         {"sunstone_gpu_hasAnyHit", devlib::kGpuFactOfLaunch},
         {"sunstone_gpu_hasIntersection", kind.hasShapes},
-        {"sunstone_gpu_micromaps", devlib::kGpuFactOfLaunch},
+        {"sunstone_gpu_micromaps", kind.isClassic ? 0 : devlib::kGpuFactOfLaunch},
         {"sunstone_gpu_shapes", shapes},
-        {"sunstone_gpu_hasBounds", 0},
+        {"sunstone_gpu_hasBounds", kind.isClassic},
         {"sunstone_gpu_hasVisits", 0},
         {"sunstone_gpu_hasException", 1},
-        {"sunstone_gpu_exceptionFlags", 0},
+        {"sunstone_gpu_exceptionFlags", devlib::kGpuFactOfLaunch},
         {"sunstone_gpu_motion", kind.moves},
         {kGraphConstant, kind.graph},
     };
@@ -54,20 +58,29 @@ compiler::GpuPipelineRequest requestOf(const Kind& kind) {
 
 } // namespace
 
-std::vector<compiler::GpuPipelineRequest> readyKernels(std::string_view runtime,
-                                                       const compiler::GpuTarget& target) {
+std::vector<compiler::GpuPipelineRequest> readyKernels(const compiler::GpuTarget& target) {
+    using namespace devlib;
     std::vector<compiler::GpuPipelineRequest> kernels;
-    for (const auto graph : {devlib::kGraphGas, devlib::kGraphShallow, devlib::kGraphAny})
-        for (const unsigned depth : kDepths) {
-            kernels.push_back(requestOf({runtime, target, graph, false, false, depth}));
-            kernels.push_back(requestOf({runtime, target, graph, true, false, depth}));
-            kernels.push_back(requestOf({runtime, target, graph, true, true, depth}));
+    const auto add = [&](const Kind& kind) { kernels.push_back(requestOf(kind, target)); };
+    for (const auto graph : {kGraphGas, kGraphShallow, kGraphAny}) {
+        for (const unsigned depth : {kFew, compiler::kReadyDepth}) {
+            add({false, graph, false, false, depth});
+            add({false, graph, true, false, depth});
+            add({false, graph, true, true, depth});
         }
+        add({false, graph, true, false, kDeep});
+    }
+    for (const unsigned depth : {compiler::kReadyDepth, kDeep}) {
+        add({true, kGraphShallow, true, false, depth});
+        add({true, kGraphAny, true, false, depth});
+        add({true, kGraphAny, true, true, depth});
+    }
     return kernels;
 }
 
 std::string readyKernelId(const compiler::GpuPipelineRequest& kernel) {
-    return message("ready, graph ", constantOf(kernel, kGraphConstant), ", shapes ",
+    return message("ready, ", kernel.pipeline.flavor->name(), ", graph ",
+                   constantOf(kernel, kGraphConstant), ", shapes ",
                    constantOf(kernel, "sunstone_gpu_hasIntersection"), ", motion ",
                    constantOf(kernel, "sunstone_gpu_motion"), ", depth ", kernel.maxTraceDepth);
 }
@@ -78,21 +91,32 @@ unsigned readyKernelRegisters(const compiler::GpuPipelineRequest& kernel) {
 
 std::optional<compiler::GpuPipelineRequest>
 readyKernelFor(const compiler::GpuPipelineRequest& request) {
-    const auto* const depth =
-        std::ranges::find_if(kDepths, [&](unsigned most) { return request.maxTraceDepth <= most; });
-    const bool isClassic =
-        request.pipeline.flavor && request.pipeline.flavor != &compiler::optix7Flavor();
-    if (isClassic || request.maxTraceDepth == 0 || depth == std::end(kDepths) ||
-        request.pipeline.rules.exceptionFlags != 0 ||
+    const compiler::Flavor* const flavor = request.pipeline.flavor;
+    const bool isClassic = flavor == &compiler::optix6Flavor();
+    constexpr uint32_t kServed = devlib::kFlagTraceDepth | devlib::kFlagUser;
+    if ((flavor && !isClassic && flavor != &compiler::optix7Flavor()) ||
+        (request.pipeline.rules.exceptionFlags & ~kServed) ||
+        constantOf(request, "sunstone_gpu_hasVisits") ||
         request.pipeline.programs.size() > kMostPrograms)
         return {};
-    const auto graph = devlib::GraphKind(constantOf(request, kGraphConstant));
+    const unsigned traces = request.maxTraceDepth;
+    if (traces == 0 || traces > kDeep)
+        return {};
+    const unsigned depth = traces > compiler::kReadyDepth ? kDeep
+                           : traces > kFew || isClassic   ? compiler::kReadyDepth
+                                                          : kFew;
     const bool moves = constantOf(request, "sunstone_gpu_motion");
-    const bool hasShapes = moves || constantOf(request, "sunstone_gpu_hasIntersection") ||
+    const bool hasShapes = isClassic || moves || depth == kDeep ||
+                           constantOf(request, "sunstone_gpu_hasIntersection") ||
                            constantOf(request, "sunstone_gpu_shapes");
-    return requestOf({request.runtime, request.target,
-                      graph == devlib::kGraphSingleLevel ? devlib::kGraphShallow : graph, hasShapes,
-                      moves, *depth});
+    auto graph = devlib::GraphKind(constantOf(request, kGraphConstant));
+    if (graph == devlib::kGraphSingleLevel)
+        graph = devlib::kGraphShallow;
+    if (isClassic && (moves || graph == devlib::kGraphGas))
+        graph = devlib::kGraphAny;
+    if (!isClassic && moves && depth == kDeep)
+        return {};
+    return requestOf({isClassic, graph, hasShapes, moves, depth}, request.target);
 }
 
 } // namespace sunstone::engine
