@@ -22,10 +22,13 @@ file(CREATE_LINK ../../../include/sunstone/cuda ${links}/cuda SYMBOLIC)
 install(FILES ${links}/optix7 ${links}/optix76 ${links}/optix6 ${links}/cuda DESTINATION share/sunstone/include
     COMPONENT samples)
 
-# The command uses its own libraries: DT_RPATH, unlike DT_RUNPATH, comes before LD_LIBRARY_PATH.
-if(TARGET sunstone_tool)
-    target_link_options(sunstone_tool PRIVATE -Wl,--disable-new-dtags)
-endif()
+# The command uses its own libraries: DT_RPATH, unlike DT_RUNPATH, comes before LD_LIBRARY_PATH. It also applies to
+# libraries that libsunstone opens, unless that library has a DT_RUNPATH.
+foreach(target IN ITEMS sunstone sunstone_tool)
+    if(TARGET ${target})
+        target_link_options(${target} PRIVATE -Wl,--disable-new-dtags)
+    endif()
+endforeach()
 
 set(CPACK_GENERATOR DEB)
 if(SUNSTONE_PORTABLE)
