@@ -365,6 +365,22 @@ TEST_F(GpuReadyCode, BusyStreamsLoadNothing) {
     EXPECT_TRUE(isReplaced(*rig, 7));
 }
 
+// Applications queue events and copies of parameters before their launches.
+TEST_F(GpuReadyCode, ShortWorkBeforeALaunchMakesNoStreamBusy) {
+    auto rig = make(context_, stores(7));
+    ASSERT_EQ(1u, loads);
+    const auto work = [](void*) {
+        const auto start = std::chrono::steady_clock::now();
+        while (std::chrono::steady_clock::now() - start < std::chrono::microseconds(50))
+            ;
+    };
+    for (unsigned i = 0; i < 20; ++i) {
+        ASSERT_EQ(CUDA_SUCCESS, driverForTests().launchHostFunc(nullptr, work, nullptr));
+        EXPECT_EQ(7u, run(*rig));
+    }
+    EXPECT_EQ(2u, loads);
+}
+
 TEST_F(GpuReadyCode, IsKeptIfTheDriverRefusesTheWhole) {
     auto rig = make(context_, stores(7));
     refusals = 1;

@@ -24,9 +24,9 @@ constexpr const char *kHasLaneMemory = "sunstone_gpu_hasLaneMemory",
                      *kFreeLaneMemory = "sunstone_gpu_freeLaneMemory",
                      *kLeaveLaneMemory = "sunstone_gpu_leaveLaneMemory";
 
-// States of a lane's rays in local memory: all of them if they are at most kMostNear, else kNear.
-// docs/notes/programs-gpu.md has figures.
-constexpr uint64_t kNear = 3, kMostNear = 6;
+// States of a lane's rays in local memory: all of them if they are at most kMostNear, else
+// kNearDepths. docs/notes/programs-gpu.md has figures.
+constexpr uint64_t kMostNear = 6;
 
 // Inlines a function that the kernel calls once. LLVM would not inline large functions, and the
 // driver's compiler would give them frames of their own (docs/notes/compile-time.md has figures).
@@ -196,7 +196,7 @@ void LaunchKernel::make() {
         const uint64_t states = depths + 1; // a ray beyond the depth limit needs one, too
         const bool isReady = request_.part == GpuPart::kKernel;
         const bool isNear = isReady ? !isDeepPart() : states <= kMostNear;
-        const uint64_t near = isNear ? states : isReady ? kReadyNear : kNear;
+        const uint64_t near = isNear ? states : kNearDepths;
         const auto addPart = [&](uint64_t first, uint64_t end) {
             addMemory((end - first) * sizeof(devlib::RayState), alignof(devlib::RayState));
             states_.emplace_back(arguments.back());

@@ -62,8 +62,8 @@ struct GpuPipelineRequest {
     GpuPart part = GpuPart::kWhole;
 };
 constexpr uint64_t kReadyFrameBytes = 640;
-// Kernels for larger depths keep the states of rays in lane memory from the depth kReadyNear on.
-constexpr unsigned kReadyDepth = 6, kReadyNear = 3;
+// Kernels for larger depths keep the states of rays in lane memory from the depth kNearDepths on.
+constexpr unsigned kReadyDepth = 6, kNearDepths = 3;
 
 // Functions that the run-time calls with the state and a group number; the result for a group
 // without such a program is ~0u: sunstone_gpu_raygen, _start, _startHit, _startMiss, _resume,

@@ -131,12 +131,24 @@ void waitFor(const GpuLaterCode& later) {
         std::this_thread::sleep_for(kStep);
 }
 
+// Whether the stream has no work left. Copies of parameters and events, which applications queue
+// just before a launch, end within the limit.
+bool becomesIdle(CUstream stream) {
+    constexpr std::chrono::microseconds kLimit(200);
+    const auto start = std::chrono::steady_clock::now();
+    do
+        if (isIdle(driver(), stream))
+            return true;
+    while (!isCapturing(driver(), stream) && std::chrono::steady_clock::now() - start < kLimit);
+    return false;
+}
+
 } // namespace
 
 std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, CUstream stream) {
     std::lock_guard lock(mutex_);
     std::shared_ptr<GpuCodeObject>& code = find(graphKindOf(flags_, depth));
-    if (!code->later || !isIdle(driver(), stream))
+    if (!code->later || !becomesIdle(stream))
         return code;
     if (++code->readyLaunches > kReadyLaunches)
         waitFor(*code->later);

@@ -218,8 +218,8 @@ void GpuBackend::prepareReadyKernels(compiler::ObjectStore* store) {
     });
 }
 
-// Drivers that are older than the archive's machine code refuse it. The next pipelines then find
-// the kernel in the disk cache.
+// The archive has no kernel for this GPU, or the driver is too old for its machine code. The next
+// pipelines find the kernel in the disk cache.
 void GpuBackend::makeReadyKernelLater(const compiler::GpuPipelineRequest& request,
                                       compiler::ObjectStore* store) {
     const auto kernel = readyKernelFor(request);
@@ -401,8 +401,8 @@ void GpuBackend::makeRoom(GpuCodeObject& code, const CodePlan& plan,
              " bytes of stack a thread, which this GPU cannot give to all of them");
 }
 
-// Code of parts does without fast launches where their memory would be a large part of the
-// device's.
+// Code of parts has large slots. Its launches get fewer warps where the slots of all warps would
+// exceed a share of the device's memory.
 void GpuBackend::obtainLaneMemory(GpuCodeObject& object, const compiler::GpuCode& code) {
     constexpr size_t kLeast = size_t(64) << 20, kShare = 64;
     const unsigned warpsOfBlock = object.blockThreads / devlib::kGpuTile;

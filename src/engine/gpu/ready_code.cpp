@@ -70,7 +70,7 @@ struct Programs {
     }
 };
 
-// The lane memory of states and frames beyond compiler::kReadyNear.
+// The lane memory of states and frames beyond compiler::kNearDepths.
 void claimLaneMemory(compiler::GpuCode& code, const Programs& programs, unsigned depth) {
     constexpr uint64_t kAlignment = alignof(devlib::RayState);
     uint64_t most = 1;
@@ -78,7 +78,7 @@ void claimLaneMemory(compiler::GpuCode& code, const Programs& programs, unsigned
         most = std::max(most, part.frameBytes);
     code.frameBytes = (most + kAlignment - 1) / kAlignment * kAlignment;
     code.laneMemoryBytes =
-        devlib::kGpuTile * devlib::FarLayout(depth, compiler::kReadyNear, code.frameBytes).bytes;
+        devlib::kGpuTile * devlib::FarLayout(depth, compiler::kNearDepths, code.frameBytes).bytes;
 }
 
 } // namespace

@@ -73,8 +73,8 @@ std::vector<compiler::GpuPipelineRequest> readyKernels(const compiler::GpuTarget
     for (const unsigned depth : {compiler::kReadyDepth, kDeep}) {
         add({true, kGraphShallow, true, false, depth});
         add({true, kGraphAny, true, false, depth});
-        add({true, kGraphAny, true, true, depth});
     }
+    add({true, kGraphAny, true, true, compiler::kReadyDepth});
     return kernels;
 }
 
@@ -114,7 +114,8 @@ readyKernelFor(const compiler::GpuPipelineRequest& request) {
         graph = devlib::kGraphShallow;
     if (isClassic && (moves || graph == devlib::kGraphGas))
         graph = devlib::kGraphAny;
-    if (!isClassic && moves && depth == kDeep)
+    // Warps that walk in step must not wait for lane memory, of which launches share a part.
+    if (moves && depth == kDeep)
         return {};
     return requestOf({isClassic, graph, hasShapes, moves, depth}, request.target);
 }
