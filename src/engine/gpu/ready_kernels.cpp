@@ -114,7 +114,7 @@ readyKernelFor(const compiler::GpuPipelineRequest& request) {
         graph = devlib::kGraphShallow;
     if (isClassic && (moves || graph == devlib::kGraphGas))
         graph = devlib::kGraphAny;
-    // Warps that walk in step must not wait for lane memory, of which launches share a part.
+    // Concurrent launches share lane memory, and warps that walk in step must not wait for it.
     if (moves && depth == kDeep)
         return {};
     return requestOf({isClassic, graph, hasShapes, moves, depth}, request.target);
