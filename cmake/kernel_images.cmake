@@ -13,8 +13,8 @@ endfunction()
 
 function(sunstone_kernel_images outvar)
     add_executable(sunstone_kernel_images ${PROJECT_SOURCE_DIR}/tools/kernel_images/main.cpp
-        ${PROJECT_SOURCE_DIR}/src/engine/gpu/machine_code.cpp
-        ${PROJECT_SOURCE_DIR}/src/engine/gpu/ready_kernels.cpp)
+        ${PROJECT_SOURCE_DIR}/src/engine/gpu/code/machine_code.cpp
+        ${PROJECT_SOURCE_DIR}/src/engine/gpu/code/ready_kernels.cpp)
     target_link_libraries(sunstone_kernel_images PRIVATE sunstone_compiler sunstone_ptx
         sunstone_texture sunstone_devlib sunstone_bvh sunstone_device_cuda sunstone_base
         ${SUNSTONE_LLVM_LIBS} TBB::tbb ${SUNSTONE_ZSTD} ${CMAKE_DL_LIBS})

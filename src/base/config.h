@@ -22,7 +22,7 @@ enum class Setting {
     kGpuBackEnd,     // SUNSTONE_GPU_BACK_END=cpu-device: the GPU back end drives the CPU device's
                      // libcuda
     kGpuCode,        // SUNSTONE_GPU_CODE: which code pipelines on GPUs have before all of it is
-                     // compiled, see engine/gpu/ready_code.h
+                     // compiled, see engine/gpu/code/ready_code.h
     kKernels,        // SUNSTONE_KERNELS: how the threads of kernels run, see docs/cuda.md
     kRays,           // SUNSTONE_RAYS: whether rays of a launch wait for one another, see
                      // engine/cpu/in_flight.h

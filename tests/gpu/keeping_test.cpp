@@ -7,8 +7,8 @@
 
 #include "compiler/gpu/pipeline.h"
 #include "device/cuda/driver.h"
-#include "engine/gpu/kernel_code.h"
-#include "engine/gpu/ready_code.h"
+#include "engine/gpu/code/kernel_code.h"
+#include "engine/gpu/code/ready_code.h"
 
 #include <atomic>
 #include <chrono>

@@ -5,7 +5,7 @@
 
 #include "bvh/gpu/testing/device.h"
 #include "devlib/gpu/launch_block.h"
-#include "engine/gpu/ready_code.h"
+#include "engine/gpu/code/ready_code.h"
 #include "gpu/pipelines.h"
 
 #include <gtest/gtest.h>
@@ -68,7 +68,8 @@ public:
         block.launch.entryKind = devlib::kGroupRaygen;
         block.launch.hasAnyHit = true;
         const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
-        block.work = {0, tiles * devlib::kGpuTile, {patience, patience}, 0, 0};
+        block.work = {0, tiles * devlib::kGpuTile, {}, 0, 0};
+        std::fill(std::begin(block.work.patience), std::end(block.work.patience), patience);
         constexpr uint32_t kTiles = devlib::kGpuBlockThreads / devlib::kGpuTile;
         const auto blocks = unsigned((tiles + kTiles - 1) / kTiles);
         CUdeviceptr address = memory.address();

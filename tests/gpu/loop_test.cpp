@@ -204,7 +204,7 @@ TEST_F(GpuLoop, LongProgramsAreCalledByAddress) {
 }
 
 TEST_F(GpuLoop, TripCountsThatDiffer) {
-    for (unsigned patience : {1u, 60u, 1000000u}) {
+    for (unsigned patience : {1u, 60u, 1000000u, devlib::kTilePatience, devlib::kDepthPatience}) {
         Job job;
         job.width = 150;
         job.patience = patience;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // A tool of the build: compiles the library's own kernels with ptxas for several compute
-// capabilities and writes the archive that engine/gpu/kernel_images.h describes.
+// capabilities and writes the archive that engine/gpu/code/kernel_images.h describes.
 //   kernel_images OUT PTXAS CAPABILITIES [FILE IDS]...
 // Capabilities are separated by commas. IDS is the id of a PTX file's kernels, in which @ stands
-// for the kernel's name. The archive also has the kernels of engine/gpu/ready_code.h, as parts for
-// the driver's linker. With "none" for PTXAS the archive is empty. A capability that ptxas does not
-// know is left out.
+// for the kernel's name. The archive also has the kernels of engine/gpu/code/ready_code.h, as parts
+// for the driver's linker. With "none" for PTXAS the archive is empty. A capability that ptxas does
+// not know is left out.
 #include "base/threads.h"
 #include "device/cuda/kernel_set.h"
-#include "engine/gpu/kernel_images.h"
-#include "engine/gpu/ready_code.h"
+#include "engine/gpu/code/kernel_images.h"
+#include "engine/gpu/code/ready_code.h"
 
 #include <zstd.h>
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The back end for CUDA GPUs. A pipeline is one module of machine code (gpu/code.h); a launch is
-// one kernel with a block of device memory (devlib/gpu/launch_block.h), copied in stream order.
+// The back end for CUDA GPUs. A pipeline is one module of machine code (gpu/code/code.h); a launch
+// is one kernel with a block of device memory (devlib/gpu/launch_block.h), copied in stream order.
 #pragma once
 
 #include "bvh/gpu/build/builder.h"
 #include "denoise/gpu/gpu_denoiser.h"
 #include "device/cuda/gpu_device.h"
 #include "engine/backend.h"
-#include "engine/gpu/code.h"
-#include "engine/gpu/kernel_code.h"
+#include "engine/gpu/code/code.h"
+#include "engine/gpu/code/kernel_code.h"
 #include "engine/gpu/lane_memory.h"
 #include "engine/gpu/launch_slots.h"
 #include "engine/gpu/shared_memory.h"

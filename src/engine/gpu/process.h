@@ -3,9 +3,9 @@
 // limits belong to CUDA contexts, which several device contexts may use.
 #pragma once
 
-#include "engine/gpu/code_queue.h"
+#include "engine/gpu/code/code_queue.h"
+#include "engine/gpu/code/kernel_code.h"
 #include "engine/gpu/handle_table.h"
-#include "engine/gpu/kernel_code.h"
 #include "engine/gpu/structures.h"
 
 #include <mutex>

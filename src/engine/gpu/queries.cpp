@@ -8,7 +8,7 @@
 #include "bvh/gpu/build/builder.h"
 #include "bvh/layout.h"
 #include "device/cuda/gpu_device.h"
-#include "engine/gpu/kernel_code.h"
+#include "engine/gpu/code/kernel_code.h"
 #include "engine/gpu/structures.h"
 
 #include <algorithm>

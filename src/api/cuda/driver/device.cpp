@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The one device: the host processor. Attributes by which programs size their work have the values
 // of a mid-sized GPU of compute capability 7.5; attributes of memory are the machine's own.
-#include "api/cuda/driver/image_limits.h"
+#include "api/cuda/driver/modules/image_limits.h"
 #include "api/cuda/driver/shell.h"
 #include "api/cuda/driver/visible_devices.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Less common device queries: see cuda.h's sunstone/driver_devices.h.
-#include "api/cuda/driver/arrays.h"
-#include "api/cuda/driver/image_limits.h"
+#include "api/cuda/driver/memory/arrays.h"
+#include "api/cuda/driver/modules/image_limits.h"
 #include "api/cuda/driver/shell.h"
 
 using namespace sunstone;

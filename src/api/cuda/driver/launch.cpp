@@ -2,8 +2,8 @@
 // See launch.h.
 #include "api/cuda/driver/launch.h"
 
-#include "api/cuda/driver/block.h"
-#include "api/cuda/driver/cooperative.h"
+#include "api/cuda/driver/blocks/block.h"
+#include "api/cuda/driver/blocks/cooperative.h"
 #include "api/cuda/driver/device_faults.h"
 #include "base/config.h"
 #include "base/log.h"

@@ -2,7 +2,7 @@
 // Kernel launches: the limits of a launch, and its execution as queued work.
 #pragma once
 
-#include "api/cuda/driver/module.h"
+#include "api/cuda/driver/modules/module.h"
 
 #include <cstddef>
 #include <vector>
