@@ -42,7 +42,7 @@ const std::vector<JobKind>& jobKinds() {
     static const std::vector<JobKind> kinds = [] {
         std::vector<JobKind> all;
         for (const auto& jobs : {pathJobs(), surfaceJobs(), leafJobs(), motionJobs(), outdoorJobs(),
-                                 shapeJobs(), listJobs(), buildJobs(), secondJobs()})
+                                 shapeJobs(), listJobs(), buildJobs(), secondJobs(), thirdJobs()})
             all.insert(all.end(), jobs.begin(), jobs.end());
         return all;
     }();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A whole program of bench_programs: its pipeline, its scene and its frame. The makers in
 // paths.cpp, surfaces.cpp and so on build one from scratch; run.cpp measures it. The programs of
-// the second set (second/kit.h) are Applications.
+// the second and the third set (second/kit.h) are Applications.
 #pragma once
 
 #include "device/shared.h"
@@ -119,10 +119,9 @@ struct JobKind {
     // difference of pixels. Paths that diverge by rounding make pixels differ, but hardly the
     // means.
     double meanTolerance, pixelTolerance;
-    // Of the second set, in place of `make`.
+    // Of the other sets, in place of `make`.
     std::unique_ptr<Application> (*start)(OptixDeviceContext, const JobSettings&) = nullptr;
-
-    const char* set() const { return start ? "second" : "first"; }
+    const char* set = "first";
 };
 // All, in the order of the report.
 const std::vector<JobKind>& jobKinds();
@@ -137,6 +136,8 @@ std::vector<JobKind> listJobs();
 std::vector<JobKind> buildJobs();
 // The second set; second/list.cpp.
 std::vector<JobKind> secondJobs();
+// The third set; third/list.cpp.
+std::vector<JobKind> thirdJobs();
 
 // The pipeline of a job, with its shader binding table.
 class JobPipeline {

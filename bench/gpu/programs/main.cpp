@@ -6,8 +6,9 @@
 //   bench_programs --all 1 --out FOLDER                    with Sunstone
 //   bench_programs --report FOLDER                         the table; 1 if pictures differ
 //   bench_programs --program paths_16                      one, in this process
-// Sunstone is tuned on the first set of programs. The second set (second/list.cpp) has programs of
-// other kinds, on which nothing is tuned: --set second.
+// Sunstone is tuned on the first set of programs and on the second (second/list.cpp, --set second).
+// The third set (third/list.cpp, --set third) has programs of other kinds, on which nothing is
+// tuned.
 #include "arguments.h"
 #include "run.h"
 
@@ -52,7 +53,7 @@ int run(int argc, char** argv) {
     Arguments arguments("Whole programs on the OptiX library the loader finds.");
     arguments.add("--program", choice.program, programHelp());
     arguments.add("--all", choice.all, 0, 1, "1: all programs of the set, each in two processes");
-    arguments.add("--set", s.set, "with --all: first, second or all");
+    arguments.add("--set", s.set, "with --all: first, second, third or all");
     arguments.add("--only", choice.names, "with --all: names of any set, separated by commas");
     arguments.add("--report", choice.report, "folder of results to make a table of");
     arguments.add("--reference", choice.reference, "with --report: the other label");
@@ -71,8 +72,8 @@ int run(int argc, char** argv) {
     s.job.scale = std::stod(choice.scale);
     if (!(s.job.scale > 0 && s.job.scale <= 1))
         throw std::runtime_error("--scale " + choice.scale + " is not above 0 and at most 1");
-    if (s.set != "first" && s.set != "second" && s.set != "all")
-        throw std::runtime_error("--set " + s.set + " is not first, second or all");
+    if (s.set != "first" && s.set != "second" && s.set != "third" && s.set != "all")
+        throw std::runtime_error("--set " + s.set + " is not first, second, third or all");
     s.started = std::stoll(choice.started);
     s.names = wordsOf(choice.names);
     for (const std::string& name : s.names)

@@ -120,7 +120,7 @@ int runAll(const char* program, const RunSettings& settings) {
     int failures = 0;
     for (const JobKind& kind : jobKinds()) {
         const auto& names = settings.names;
-        const bool isInSet = settings.set == "all" || settings.set == kind.set();
+        const bool isInSet = settings.set == "all" || settings.set == kind.set;
         if (names.empty() ? !isInSet
                           : std::find(names.begin(), names.end(), kind.name) == names.end())
             continue;

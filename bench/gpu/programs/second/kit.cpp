@@ -120,7 +120,7 @@ OptixPipeline Programs::link(const std::vector<OptixProgramGroup>& groups, const
     const Stopwatch watch(compileTime_);
     OptixPipelineLinkOptions linkOptions = {};
     linkOptions.maxTraceDepth = depths.trace;
-    linkOptions.debugLevel = OPTIX_COMPILE_DEBUG_LEVEL_MINIMAL;
+    linkOptions.debugLevel = moduleOptions.debugLevel;
     OptixPipeline pipeline = nullptr;
     OPTIX_CHECK(optixPipelineCreate(context_, &options, &linkOptions, groups.data(),
                                     unsigned(groups.size()), nullptr, nullptr, &pipeline));
@@ -196,6 +196,20 @@ OptixBuildInput inputOf(const MeshMemory& mesh, const unsigned& flags) {
     t.flags = &flags;
     t.numSbtRecords = 1;
     return input;
+}
+
+OptixTraversableHandle buildMaterials(Scene& scene, const MaterialMesh& mesh, MeshMemory& memory) {
+    memory = {reinterpret_cast<CUdeviceptr>(scene.upload(mesh.vertices)),
+              reinterpret_cast<CUdeviceptr>(scene.upload(mesh.indices)),
+              unsigned(mesh.vertices.size() / 3), unsigned(mesh.indices.size() / 3)};
+    const std::vector<unsigned> flags(mesh.looks.size(), OPTIX_GEOMETRY_FLAG_DISABLE_ANYHIT);
+    OptixBuildInput input = inputOf(memory, flags[0]);
+    OptixBuildInputTriangleArray& t = input.triangleArray;
+    t.flags = flags.data();
+    t.numSbtRecords = unsigned(flags.size());
+    t.sbtIndexOffsetBuffer = reinterpret_cast<CUdeviceptr>(scene.upload(mesh.materials));
+    t.sbtIndexOffsetSizeInBytes = sizeof(uint8_t);
+    return scene.build(input);
 }
 
 const float kIdentity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};

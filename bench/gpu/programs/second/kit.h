@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts that the programs of the second set share on the host: pipelines with the time that they
-// take, records, structures, textures, CUDA kernels. Each program has launch parameters, records
-// and frames of its own.
+// Parts that the programs of the second and the third set share on the host: pipelines with the
+// time that they take, records, structures, textures, CUDA kernels. Each program has launch
+// parameters, records and frames of its own.
 #pragma once
 
 #include "../job.h"
@@ -102,13 +102,14 @@ template <class T>
 class Launch {
 public:
     T params = {};
-    void run(OptixPipeline pipeline, const Table& table, unsigned width, unsigned height = 1) {
+    void run(OptixPipeline pipeline, const Table& table, unsigned width, unsigned height = 1,
+             unsigned depth = 1, cudaStream_t stream = nullptr) {
         if (memory_.size() == 0)
             memory_.allocate(sizeof(T));
         CUDA_CHECK(
-            cudaMemcpyAsync(memory_.data(), &params, sizeof(T), cudaMemcpyHostToDevice, nullptr));
-        OPTIX_CHECK(optixLaunch(pipeline, nullptr, memory_.address(), sizeof(T), &table.get(),
-                                width, height, 1));
+            cudaMemcpyAsync(memory_.data(), &params, sizeof(T), cudaMemcpyHostToDevice, stream));
+        OPTIX_CHECK(optixLaunch(pipeline, stream, memory_.address(), sizeof(T), &table.get(), width,
+                                height, depth));
     }
 
 private:
@@ -168,6 +169,8 @@ struct MeshMemory {
 MeshMemory uploadMesh(Scene& scene, const Mesh& mesh);
 // The input refers to the arguments.
 OptixBuildInput inputOf(const MeshMemory& mesh, const unsigned& flags);
+// One structure of a mesh with a record for each material.
+OptixTraversableHandle buildMaterials(Scene& scene, const MaterialMesh& mesh, MeshMemory& memory);
 OptixInstance instanceOf(OptixTraversableHandle child, const float* transform, unsigned id = 0,
                          unsigned record = 0);
 extern const float kIdentity[12];
@@ -213,16 +216,22 @@ private:
     CUmodule module_ = nullptr;
 };
 
-// A kind whose programs are of the class T; the tolerances are those of JobKind.
+// A kind of a set whose programs are of the class T; the tolerances are those of JobKind.
 template <class T>
-JobKind secondJob(const char* name, const char* summary, double meanTolerance,
-                  double pixelTolerance) {
+JobKind applicationJob(const char* set, const char* name, const char* summary, double meanTolerance,
+                       double pixelTolerance) {
     JobKind kind = {name, summary, nullptr, meanTolerance, pixelTolerance};
+    kind.set = set;
     kind.start = [](OptixDeviceContext context,
                     const JobSettings& settings) -> std::unique_ptr<Application> {
         return std::make_unique<T>(context, settings);
     };
     return kind;
+}
+template <class T>
+JobKind secondJob(const char* name, const char* summary, double meanTolerance,
+                  double pixelTolerance) {
+    return applicationJob<T>("second", name, summary, meanTolerance, pixelTolerance);
 }
 
 Camera cameraOf(const Mesh& mesh, const JobSettings& settings);

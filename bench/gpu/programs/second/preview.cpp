@@ -125,27 +125,13 @@ public:
 private:
     // A record for each material and ray type.
     void buildRoom(const MaterialMesh& room) {
-        const auto* const vertices = reinterpret_cast<const float3*>(scene_.upload(room.vertices));
-        const auto* const indices = reinterpret_cast<const uint3*>(scene_.upload(room.indices));
-        const auto address = reinterpret_cast<CUdeviceptr>(vertices);
-        const std::vector<unsigned> flags(room.looks.size(), OPTIX_GEOMETRY_FLAG_DISABLE_ANYHIT);
-        OptixBuildInput input = {};
-        input.type = OPTIX_BUILD_INPUT_TYPE_TRIANGLES;
-        OptixBuildInputTriangleArray& t = input.triangleArray;
-        t.vertexBuffers = &address;
-        t.numVertices = unsigned(room.vertices.size() / 3);
-        t.vertexFormat = OPTIX_VERTEX_FORMAT_FLOAT3;
-        t.indexBuffer = reinterpret_cast<CUdeviceptr>(indices);
-        t.numIndexTriplets = unsigned(room.indices.size() / 3);
-        t.indexFormat = OPTIX_INDICES_FORMAT_UNSIGNED_INT3;
-        t.flags = flags.data();
-        t.numSbtRecords = unsigned(flags.size());
-        t.sbtIndexOffsetBuffer = reinterpret_cast<CUdeviceptr>(scene_.upload(room.materials));
-        t.sbtIndexOffsetSizeInBytes = sizeof(uint8_t);
-        launch_.params.room = scene_.build(input);
+        MeshMemory m;
+        launch_.params.room = buildMaterials(scene_, room, m);
         for (const Look& look : room.looks) {
             const bool isLamp = look.surface == kLamp;
-            records_.push_back({isLamp ? kEmission : vec(0.0f), look.color, vertices, indices,
+            records_.push_back({isLamp ? kEmission : vec(0.0f), look.color,
+                                reinterpret_cast<const float3*>(m.vertices),
+                                reinterpret_cast<const uint3*>(m.indices),
                                 look.surface == kMatt ? 0.0f : 0.7f});
         }
     }

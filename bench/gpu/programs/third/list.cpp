@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// The third set: programs of kinds that the other sets lack. Nothing is tuned on them.
+#include "programs.h"
+
+namespace bench {
+
+std::vector<JobKind> thirdJobs() {
+    return {bidirectionalJob(), subsurfaceJob(), dispersionJob(), resamplingJob(),
+            probesJob(),        radarJob(),      xrayJob(),       radiosityJob(),
+            furJob(),           particlesJob(),  forestJob(),     sectionViewJob(),
+            trainingViewsJob(), tetVolumeJob()};
+}
+
+} // namespace bench
