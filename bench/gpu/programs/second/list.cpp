@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The second set: programs of kinds that the first set lacks. Nothing is tuned on them, so their
-// results show how Sunstone runs programs that it does not know.
+// The second set: programs of kinds that the first set lacks. Their first run, before anything was
+// tuned on them, shows how Sunstone runs programs that it does not know; third/list.cpp has newer
+// ones.
 #include "programs.h"
 
 namespace bench {

@@ -125,7 +125,7 @@ private:
 
 JobKind furJob() {
     return thirdJob<Fur>(
-        "fur", "half a million curves with any-hit programs, and lobes in callables", 0.003, 0.03);
+        "fur", "half a million curves with any-hit programs, and lobes in callables", 0.01, 0.1);
 }
 
 } // namespace bench

@@ -37,7 +37,7 @@ public:
         const OptixModule module = programs_.load(bench_third_radar_ptx());
         const auto transmit = programs_.raygen({module, "__raygen__transmit"});
         const auto develop = programs_.raygen({module, "__raygen__develop"});
-        const auto miss = programs_.miss({module, "__miss__"});
+        const auto miss = programs_.miss({module, "__miss__nothing"});
         const auto hit = programs_.hit({{module, "__closesthit__reflect"}, {}, {}});
         pipeline_ = programs_.link({transmit, develop, miss, hit}, {.trace = 1, .graph = 2});
         table_.setRaygen(makeRecord(transmit));

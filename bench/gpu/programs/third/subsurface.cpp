@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Wax figures whose light wanders below the surface; device/subsurface.cu. The pipeline is compiled
-// with line information and for motion, which the scene lacks.
+// for motion, which the scene lacks, from PTX with lines of the source.
 #include "programs.h"
 
 #include "device/subsurface.h"
@@ -28,7 +28,6 @@ public:
         p.image = allocatePicture();
     }
     void compile() override {
-        programs_.moduleOptions.debugLevel = OPTIX_COMPILE_DEBUG_LEVEL_MODERATE;
         OptixPipelineCompileOptions& o = programs_.options;
         o.usesMotionBlur = true;
         o.traversableGraphFlags = OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_SINGLE_LEVEL_INSTANCING;

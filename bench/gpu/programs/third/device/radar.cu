@@ -28,7 +28,7 @@ extern "C" __global__ void __closesthit__reflect() {
     optixSetPayload_6(__float_as_uint(r->roughness));
     optixSetPayload_7(__float_as_uint(reflectivity));
 }
-extern "C" __global__ void __miss__() {
+extern "C" __global__ void __miss__nothing() {
     optixSetPayload_3(__float_as_uint(-1.0f));
 }
 
