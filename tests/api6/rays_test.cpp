@@ -77,6 +77,23 @@ TEST_F(Rays, AnyHitProgramsIgnoreAndTerminate) {
     EXPECT_EQ(shoot(group({instance(squares(3), {material("hit_mark", "ignore_any")})}))[1], 0);
 }
 
+TEST_F(Rays, OneFunctionMayBeProgramsOfSeveralKinds) {
+    ok(rtContextSetMissProgram(context_, 0, program("count_any")));
+    ok(rtVariableSet1f(variable("step"), 2));
+    const auto shootMoved = [&](const char* closest) {
+        RTgeometryinstance square = instance(squares(1), {material(closest, "count_any")});
+        return shoot(moved(group({square}), 0.125f), 2);
+    };
+    std::vector<float> r = shootMoved("count_any");
+    EXPECT_EQ(r[1], 2) << "any hit and closest hit";
+    EXPECT_EQ(r[3], 0.25f) << "the origin in world space";
+    EXPECT_EQ(r[5], 1) << "miss";
+    EXPECT_EQ(r[7], 2.25f);
+    r = shootMoved(nullptr);
+    EXPECT_EQ(r[1], 1);
+    EXPECT_EQ(r[3], 0.125f) << "the origin in object space";
+}
+
 TEST_F(Rays, AttributesOfTheAcceptedHitSurvive) {
     const std::vector<float> r =
         shoot(group({instance(squares(1, "two_hits"), {material("hit_mark")})}));

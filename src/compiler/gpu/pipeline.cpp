@@ -134,7 +134,7 @@ public:
         optimizer_->inlineAlways();
         optimizer_->promote();
         optimizer_->forwardStores();
-        programs_.copyForPayloads();
+        programs_.copyShared();
         bindValues();
         unit_.flavor().lower(unit_, programs_.payloads());
         passCandidates(unit_, programs_.functions());

@@ -20,24 +20,24 @@ void GpuPrograms::declare() {
             program.payloadType < 0
                 ? nullptr
                 : &program.moduleRules->payloadTypes.at(size_t(program.payloadType));
-        const auto [known, isNew] = unit_.kinds().emplace(function, ProgramKind::kNone);
+        const bool isNew = unit_.kinds().emplace(function, program.kind).second;
         if (payload && isNew)
             payloads_[function] = payload;
-        if (!isNew) // for another payload type: lowered in another way
-            copies_.push_back({functions_.size(), payload});
-        unit_.kinds()[function] = program.kind;
+        if (!isNew) // of another kind, or for another payload type: lowered in another way
+            copies_.push_back({functions_.size(), program.kind, payload});
         // External until the dispatchers refer to it; otherwise passes could remove it.
         function->setLinkage(llvm::GlobalValue::ExternalLinkage);
         functions_.push_back(function);
     }
 }
 
-void GpuPrograms::copyForPayloads() {
+void GpuPrograms::copyShared() {
     for (const Copy& copy : copies_) {
         llvm::Function* original = functions_[copy.program];
         llvm::ValueToValueMapTy map;
         llvm::Function* function = llvm::CloneFunction(original, map);
-        unit_.kinds()[function] = unit_.kinds()[original];
+        unit_.kinds()[function] = copy.kind;
+        unit_.facts()[function] = unit_.facts().at(original);
         if (copy.payload)
             payloads_[function] = copy.payload;
         functions_[copy.program] = function;

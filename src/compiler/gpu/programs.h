@@ -13,8 +13,9 @@ public:
 
     // Declares the programs and queues them for translation.
     void declare();
-    // Copies programs used with several payload types. Afterwards code may depend on the type.
-    void copyForPayloads();
+    // Copies functions that are programs of several kinds, as the classic API allows, or that are
+    // used with several payload types. Afterwards code may depend on kind and type.
+    void copyShared();
 
     const ProgramPayloads& payloads() const { return payloads_; }
     // By index in the request.
@@ -26,6 +27,7 @@ public:
 private:
     struct Copy {
         size_t program;
+        ProgramKind kind;
         const PayloadType* payload;
     };
     const GpuPipelineRequest& request_;
