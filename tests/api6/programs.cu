@@ -393,6 +393,19 @@ RT_CALLABLE_PROGRAM float3 add_vectors(float3 a, float2 b) {
     return make_float3(a.x + b.x, a.y + b.y, a.z * scoped);
 }
 
+// Programs that call themselves and each other through variables.
+rtDeclareVariable(rtCallableProgramX<float(float)>, even, , );
+rtDeclareVariable(rtCallableProgramX<float(float)>, odd, , );
+RT_CALLABLE_PROGRAM float sum_even(float n) {
+    return n < 1 ? scoped : n + odd(n - 1);
+}
+RT_CALLABLE_PROGRAM float sum_odd(float n) {
+    return n < 1 ? scoped : even(n - 1);
+}
+RT_PROGRAM void call_even() {
+    result[0] = even(10);
+}
+
 // ---- textures
 // ---------------------------------------------------------------------------------------
 

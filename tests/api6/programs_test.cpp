@@ -341,6 +341,28 @@ TEST_F(Programs, CallablesByIdAndBound) {
     EXPECT_EQ(r[4], 0) << "no such program";
 }
 
+TEST_F(Programs, BoundCallablesMayCallThemselves) {
+    RTprogram even = program("sum_even"), odd = program("sum_odd"), caller = program("call_even");
+    ok(rtVariableSetObject(variable("even"), even));
+    ok(rtVariableSetObject(variable("odd"), odd));
+    ok(rtVariableSet1f(variable("scoped"), 1000));
+    ok(rtContextSetRayGenerationProgram(context_, 0, caller));
+    const auto sum = [&] {
+        ok(rtContextLaunch1D(context_, 0, 1));
+        return results()[0];
+    };
+    EXPECT_EQ(sum(), 1030);
+    RTvariable own = nullptr;
+    ok(rtProgramDeclareVariable(caller, "scoped", &own));
+    ok(rtVariableSet1f(own, 2000));
+    EXPECT_EQ(sum(), 2030) << "of the caller";
+    ok(rtProgramDeclareVariable(even, "scoped", &own));
+    ok(rtVariableSet1f(own, 3000));
+    EXPECT_EQ(sum(), 3030) << "of the program";
+    ok(rtVariableSetObject(variable("odd"), even));
+    EXPECT_EQ(sum(), 3055);
+}
+
 TEST_F(Programs, CallablesTakeAndReturnStructures) {
     ok(rtVariableSet1f(variable("scoped"), 10));
     ok(rtVariableSetObject(variable("bound_vectors"), program("add_vectors")));

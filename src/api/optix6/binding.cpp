@@ -109,10 +109,21 @@ void Block::write(uint32_t index) {
     }
 }
 
+// The scopes in which the program searches for its variables, for a caller with these scopes. They
+// name each scope once, and no program without variables, so that programs that call each other
+// have a limited number of them.
+Scene::Scopes Scene::withOwn(const Program& program, Scopes scopes) {
+    if (program.scope.list.empty())
+        return scopes;
+    std::erase(scopes, &program.scope);
+    scopes.insert(scopes.begin(), &program.scope);
+    return scopes;
+}
+
 // The memory of the program's block in these scopes, after its own scope.
 const void* Scene::block(const Program& program, Scopes scopes) {
     program.isInScene = true;
-    scopes.insert(scopes.begin(), &program.scope);
+    scopes = withOwn(program, std::move(scopes));
     const ProgramCode& code = *program.code;
     std::vector<std::shared_ptr<Variable>> found;
     std::vector<Variable*> key;
@@ -153,19 +164,26 @@ const void* Scene::block(const Program& program, Scopes scopes) {
 }
 
 // The number by which a variable calls the program. The program's variables are searched in its own
-// scope, then in those of the caller.
+// scope, then in those of the caller. The program may call itself through its variables, so its
+// number is known before its block.
 int Scene::boundCallable(const Program& program, const Scopes& scopes) {
-    constexpr size_t kDepth = 31;
-    if (scopes.size() > kDepth)
-        refuse(RT_ERROR_INVALID_VALUE, "program \"", program.code->name,
-               "\" is bound to itself through its variables");
+    const auto [known, isNew] =
+        boundCallables_.try_emplace({&program, withOwn(program, scopes)}, int(callables_.size()));
+    const int number = known->second;
+    if (!isNew)
+        return number;
+    constexpr size_t kMost = 31;
+    if (scopes.size() > kMost)
+        refuse(RT_ERROR_INVALID_VALUE, "program \"", program.code->name, "\" is bound to program ",
+               scopes.size(), " of a chain of programs, but the limit is ", kMost);
     checkKind(program, ProgramKind::kDirectCallable, "the bound program");
+    callables_.emplace_back();
     const void* const memory = block(program, scopes);
     devlib::ClassicRecord made = record(
         devlib::kGroupCallables, {{devlib::kRoleDirect, &program, ProgramKind::kDirectCallable}});
     made.blocks[devlib::kBlockMain] = memory;
-    callables_.push_back(made);
-    return int(callables_.size() - 1);
+    callables_[size_t(number)] = made;
+    return number;
 }
 
 // A record of the group with these programs, without blocks.

@@ -75,8 +75,7 @@ Scene::Scene(Context& context)
       bounds_(allocator<ClassicRecord>()), visits_(allocator<ClassicRecord>()),
       nodes_(allocator<uint64_t>()), textures_(allocator<uint64_t>()),
       views_(allocator<const devlib::BufferView*>()),
-      shared_(context.engine->backend, sizeof(Tables)) {
-}
+      shared_(context.engine->backend, sizeof(Tables)) {}
 
 void Scene::validate(Node& node) {
     seen_.clear();
@@ -401,6 +400,7 @@ void Scene::bind() {
                 variable->users.clear();
     blocks_.clear();
     blockMemory_.clear();
+    boundCallables_.clear();
     ++bind_;
     hits_.clear();
     bounds_.clear();

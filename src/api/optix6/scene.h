@@ -87,6 +87,7 @@ private:
 
     // binding.cpp
     devlib::SbtView table() const;
+    static Scopes withOwn(const Program& program, Scopes scopes);
     const void* block(const Program& program, Scopes scopes);
     std::shared_ptr<Variable> resolve(const compiler::optix6::DeviceVariable& wanted,
                                       const ProgramCode& code, const Scopes& scopes) const;
@@ -126,6 +127,8 @@ private:
     std::vector<std::pair<std::shared_ptr<Variable>, Ref<TextureSampler>>> samplers_;
     SharedPool blockMemory_;
     std::map<std::pair<const ProgramCode*, std::vector<Variable*>>, std::unique_ptr<Block>> blocks_;
+    // Numbers of the programs of variables, by the scopes in which they search.
+    std::map<std::pair<const Program*, Scopes>, int> boundCallables_;
     struct BoundGroup {
         std::shared_ptr<engine::ProgramGroup> group;
         std::vector<std::shared_ptr<const ProgramCode>> codes; // their addresses are in the key
