@@ -279,6 +279,13 @@ TEST_F(Rays, IncompleteGraphsAreNamed) {
     EXPECT_EQ(shoot(top)[0], 1) << "the context works on";
 }
 
+TEST_F(Rays, FunctionsThatAreNotAllowedAreReportedWithTheProgram) {
+    RTgeometrygroup top = group({instance(squares(1), {material("ignore_any")})});
+    ok(rtVariableSetObject(variable("top_object"), top));
+    fails(RT_ERROR_INVALID_SOURCE, rtContextLaunch1D(context_, 0, 1),
+          "cannot be used in closest-hit program \"ignore_any\"");
+}
+
 TEST_F(Rays, DestroyedObjectsAreUnset) {
     RTmaterial paint = material("hit_mark");
     RTgeometryinstance square = instance(squares(1), {paint});

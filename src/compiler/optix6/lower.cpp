@@ -187,7 +187,7 @@ private:
         if (kind_ != ProgramKind::kNone && !(intrinsic_->kinds & kindBit(kind_)))
             fault(ErrorCode::kInvalidFunctionUse,
                   message("cannot be used in ", describe(kind_), " \"",
-                          sourceName(program_.getName().str()), "\""));
+                          sourceName(unit_.facts().at(&program_).function->name), "\""));
         requireProgramItself();
         switch (Op(intrinsic_->op)) {
         case Op::kTrace:
