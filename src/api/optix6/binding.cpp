@@ -170,12 +170,14 @@ int Scene::boundCallable(const Program& program, const Scopes& scopes) {
     const auto [known, isNew] =
         boundCallables_.try_emplace({&program, withOwn(program, scopes)}, int(callables_.size()));
     const int number = known->second;
-    if (!isNew)
+    if (!isNew) {
+        bindsCycle_ |= callables_[size_t(number)].blocks[devlib::kBlockMain] == nullptr;
         return number;
+    }
     constexpr size_t kMost = 31;
     if (scopes.size() > kMost)
-        refuse(RT_ERROR_INVALID_VALUE, "program \"", program.code->name, "\" is bound to program ",
-               scopes.size(), " of a chain of programs, but the limit is ", kMost);
+        refuse(RT_ERROR_INVALID_VALUE, "the chain of bound programs that call program \"",
+               program.code->name, "\" is longer than ", kMost);
     checkKind(program, ProgramKind::kDirectCallable, "the bound program");
     callables_.emplace_back();
     const void* const memory = block(program, scopes);

@@ -401,6 +401,7 @@ void Scene::bind() {
     blocks_.clear();
     blockMemory_.clear();
     boundCallables_.clear();
+    bindsCycle_ = false;
     ++bind_;
     hits_.clear();
     bounds_.clear();
@@ -495,14 +496,16 @@ void Scene::makePipeline() {
                " groups of programs");
 }
 
-// On GPUs the frames of programs are known, but not the depth of functions that call themselves.
+// On GPUs the frames of programs are known, but not the depth of functions that call themselves,
+// directly or through variables.
 void Scene::reserveStack() {
     const auto recurses = [](const auto& group) {
         return std::any_of(
             group.first.second.begin(), group.first.second.end(),
             [](const ProgramCode* code) { return code && code->variables.recurses; });
     };
-    if (!context_.isOnGpu() || std::none_of(groups_.begin(), groups_.end(), recurses))
+    if (!context_.isOnGpu() ||
+        (!bindsCycle_ && std::none_of(groups_.begin(), groups_.end(), recurses)))
         return;
     const auto bytes = unsigned(std::clamp(context_.stackSize, kLeastRecursion, kMostRecursion));
     if (pipeline_->limits.get().continuationStack == bytes)

@@ -129,6 +129,7 @@ private:
     std::map<std::pair<const ProgramCode*, std::vector<Variable*>>, std::unique_ptr<Block>> blocks_;
     // Numbers of the programs of variables, by the scopes in which they search.
     std::map<std::pair<const Program*, Scopes>, int> boundCallables_;
+    bool bindsCycle_ = false; // a program calls itself through variables
     struct BoundGroup {
         std::shared_ptr<engine::ProgramGroup> group;
         std::vector<std::shared_ptr<const ProgramCode>> codes; // their addresses are in the key
