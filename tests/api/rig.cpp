@@ -39,6 +39,12 @@ Rig::~Rig() {
         optixModuleDestroy(module_);
 }
 
+void Rig::forget() {
+    pipeline_ = nullptr;
+    groups_.clear();
+    module_ = nullptr;
+}
+
 size_t Rig::add(const OptixProgramGroupDesc& desc) {
     OptixProgramGroupOptions options{};
     OptixProgramGroup group = nullptr;

@@ -24,6 +24,8 @@ public:
         const OptixPipelineCompileOptions& options,
         OptixCompileOptimizationLevel level = OPTIX_COMPILE_OPTIMIZATION_DEFAULT);
     ~Rig();
+    // For objects that their context has destroyed.
+    void forget();
     Rig(const Rig&) = delete;
 
     // Groups; a null name means no program. The result numbers the group.

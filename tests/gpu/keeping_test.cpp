@@ -110,9 +110,9 @@ protected:
         rig->raygenRecord(group);
         return rig;
     }
-    static unsigned run(Rig& rig) {
+    static unsigned run(Rig& rig, unsigned width = 1) {
         Buffer result(4);
-        rig.run(result.address(), 1);
+        rig.run(result.address(), width);
         return *result.as<unsigned>();
     }
     // Number of look-ups that the disk cache could not answer.
@@ -331,10 +331,23 @@ TEST_F(GpuReadyCode, KernelsThatAreMissingAreKeptOnDisk) {
 }
 
 TEST_F(GpuReadyCode, TheThirdLaunchWaitsForTheWhole) {
+    constexpr unsigned kLarge = 1 << 16;
     auto rig = make(context_, stores(7));
     for (unsigned i = 0; i < 3; ++i)
+        EXPECT_EQ(7u, run(*rig, kLarge));
+    EXPECT_EQ(2u, loads);
+}
+
+TEST_F(GpuReadyCode, SmallLaunchesDoNotWait) {
+    auto rig = make(context_, stores(7));
+    const auto start = std::chrono::steady_clock::now();
+    for (unsigned i = 0; i < 5; ++i)
+        EXPECT_EQ(7u, run(*rig));
+    const auto five = std::chrono::steady_clock::now() - start;
+    while (loads == 1 && std::chrono::steady_clock::now() - start < std::chrono::seconds(20))
         EXPECT_EQ(7u, run(*rig));
     EXPECT_EQ(2u, loads);
+    EXPECT_LT(five, std::chrono::steady_clock::now() - start);
 }
 
 // A load waits for kernels that run, which may wait for the thread that launches.
@@ -409,7 +422,7 @@ TEST_F(GpuReadyCode, ContextsMayBeDestroyedAtOnce) {
         EXPECT_EQ(10 + i, run(*first));
         first.reset();
         EXPECT_OK(optixDeviceContextDestroy(other)); // with the other pipeline
-        second.release();
+        second->forget();
     }
 }
 

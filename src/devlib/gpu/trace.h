@@ -403,7 +403,15 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) {
         return areEnough(wants, kMotion ? 2 : 4);
     }
-    static SUNSTONE_INLINE_MEMBER bool mayTest(bool wants) { return areEnough(wants, 2); }
+    // Whether lanes wait longer with pieces of curves: with instances, few lanes are in curves at
+    // the same time. Any-hit programs end rays, so with them waiting costs more than it gains.
+    SUNSTONE_INLINE_MEMBER bool waitsLong() const {
+        return kInstances && (shapes() & bvh::gpu::kMeetsCurves) &&
+               !holds(sunstone_gpu_hasAnyHit, state->launch->hasAnyHit);
+    }
+    SUNSTONE_INLINE_MEMBER bool mayTest(bool wants) const {
+        return areEnough(wants, waitsLong() ? 1 : 2);
+    }
     static SUNSTONE_INLINE_MEMBER bool any(bool value) {
         return __nvvm_vote_any_sync(activeLanes(), value);
     }

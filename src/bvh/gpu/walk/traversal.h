@@ -27,7 +27,8 @@
 //       // With kInstances: whether a lane that wants to enter an instance may do so now.
 //       static bool mayEnter(bool wants);
 //       // With curves: whether a lane that wants to test a piece of one may do so now.
-//       static bool mayTest(bool wants);
+//       bool mayTest(bool wants);
+//       bool waitsLong(); // with pieces of curves: lanes test one primitive in a step
 //       static bool any(bool value); // with that and kMotion: for any lane that runs this together
 //       bool nearestFirst() const; // whether the nearest hit is wanted, not any hit
 //       float time() const;  // with kMotion
@@ -79,6 +80,7 @@ struct OneLane {
     static SUNSTONE_INLINE_MEMBER bool mayReorder() { return false; }
     static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) { return wants; }
     static SUNSTONE_INLINE_MEMBER bool mayTest(bool wants) { return wants; }
+    static SUNSTONE_INLINE_MEMBER bool waitsLong() { return false; }
     static SUNSTONE_INLINE_MEMBER bool any(bool value) { return value; }
 };
 // Base for graphs whose depth is known to fit.
@@ -269,7 +271,7 @@ private:
     // True if the step is over; `end`: so is the traversal.
     SUNSTONE_INLINE_MEMBER bool finishPiece(Programs& programs, Ray& ray, const U2* stack,
                                             bool& end) {
-        if (Programs::mayTest(piece != kNoPiece)) {
+        if (programs.mayTest(piece != kNoPiece)) {
             ShapeHit hit;
             const U4* const curve = curveAt(piece);
             piece = kNoPiece;
@@ -314,8 +316,9 @@ private:
         }
         if (leaf.bits == 0)
             openNext(programs, ray, stack);
+        const uint32_t visits = programs.waitsLong() ? 1 : kVisits;
         if (kind != BlockType::kInstances)
-            for (uint32_t i = 0; leaf.bits != 0 && i < kVisits; ++i) {
+            for (uint32_t i = 0; leaf.bits != 0 && i < visits; ++i) {
                 if (visitNext(programs, ray))
                     return true;
                 if (meetsPieces() && piece != kNoPiece)

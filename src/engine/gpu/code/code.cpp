@@ -120,7 +120,8 @@ std::shared_ptr<GpuCodeObject> GpuPipelineCode::get(unsigned depth) {
 namespace {
 
 // The first launches show a picture early. Programs that launch more often gain from the wait: all
-// further frames have the speed of the whole pipeline.
+// further frames have the speed of the whole pipeline. Small launches, of which some programs make
+// hundreds for a picture, gain less than the wait costs.
 constexpr unsigned kReadyLaunches = 2;
 
 // The limit is for pipelines that wait for the compilation of others.
@@ -145,12 +146,14 @@ bool becomesIdle(CUstream stream) {
 
 } // namespace
 
-std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, CUstream stream) {
+std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, CUstream stream,
+                                                             uint64_t indices) {
     std::lock_guard lock(mutex_);
     std::shared_ptr<GpuCodeObject>& code = find(graphKindOf(flags_, depth));
     if (!code->later || !becomesIdle(stream))
         return code;
-    if (++code->readyLaunches > kReadyLaunches)
+    code->readyLaunches += indices >= kLargeLaunch;
+    if (code->readyLaunches > kReadyLaunches && indices >= kLargeLaunch)
         waitFor(*code->later);
     if (!code->later->isReady)
         return code;

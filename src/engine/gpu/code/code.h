@@ -85,10 +85,11 @@ public:
     // The code for graphs of this depth, or for any, made if there is none. Throws what `make`
     // throws.
     std::shared_ptr<GpuCodeObject> get(unsigned depth);
-    // The same for a launch. Loads code that has become ready if the stream is idle: a load waits
-    // for kernels that run, and these may wait for the caller. From the third launch on an idle
-    // stream on, the launch waits for that code.
-    std::shared_ptr<GpuCodeObject> getForLaunch(unsigned depth, CUstream stream);
+    // The same for a launch of that many indices. Loads code that has become ready if the stream is
+    // idle: a load waits for kernels that run, and these may wait for the caller. The third large
+    // launch on an idle stream, and later ones, wait for that code.
+    std::shared_ptr<GpuCodeObject> getForLaunch(unsigned depth, CUstream stream, uint64_t indices);
+    static constexpr uint64_t kLargeLaunch = 1 << 16;
 
 private:
     const Make make_;
