@@ -405,6 +405,18 @@ RT_CALLABLE_PROGRAM float sum_odd(float n) {
 RT_PROGRAM void call_even() {
     result[0] = even(10);
 }
+// Eight programs of this function may all call each other.
+#define CALLED(number) rtDeclareVariable(rtCallableProgramX<float(float)>, called_##number, , );
+CALLED(0) CALLED(1) CALLED(2) CALLED(3) CALLED(4) CALLED(5) CALLED(6) CALLED(7)
+RT_CALLABLE_PROGRAM float call_all(float n) {
+    if (n < 1)
+        return scoped;
+    return called_0(n - 1) + called_1(n - 1) + called_2(n - 1) + called_3(n - 1) + called_4(n - 1) +
+           called_5(n - 1) + called_6(n - 1) + called_7(n - 1);
+}
+RT_PROGRAM void call_eight() {
+    result[0] = called_0(1);
+}
 
 // ---- textures
 // ---------------------------------------------------------------------------------------

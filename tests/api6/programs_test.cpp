@@ -363,6 +363,42 @@ TEST_F(Programs, BoundCallablesMayCallThemselves) {
     EXPECT_EQ(sum(), 3055);
 }
 
+// Each searches its variables in the scopes of its callers, in their order.
+TEST_F(Programs, BoundCallablesHaveALimitedNumberOfCallers) {
+    const auto nameOf = [](unsigned i) { return "called_" + std::to_string(i); };
+    const auto refusal = [&] {
+        EXPECT_EQ(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1));
+        const char* text = nullptr;
+        rtContextGetErrorString(context_, RT_ERROR_INVALID_VALUE, &text);
+        return std::string(text);
+    };
+    RTprogram programs[6][8] = {};
+    RTvariable own = nullptr;
+    for (auto& layer : programs)
+        for (RTprogram& each : layer) {
+            each = program("call_all");
+            ok(rtProgramDeclareVariable(each, "scoped", &own));
+            ok(rtVariableSet1f(own, 1));
+        }
+    ok(rtContextSetRayGenerationProgram(context_, 0, program("call_eight")));
+    for (unsigned i = 0; i < 8; ++i)
+        ok(rtVariableSetObject(variable(nameOf(i).c_str()), programs[0][i]));
+    EXPECT_NE(refusal().find("longer than 256"), std::string::npos) << "each calls all";
+
+    for (unsigned layer = 0; layer < 6; ++layer)
+        for (const RTprogram each : programs[layer])
+            for (unsigned i = 0; i < 8; ++i) {
+                ok(rtProgramDeclareVariable(each, nameOf(i).c_str(), &own));
+                ok(rtVariableSetObject(own, layer < 5 ? programs[layer + 1][i] : each));
+            }
+    EXPECT_NE(refusal().find("more than 20000 chains"), std::string::npos) << "layers";
+
+    for (unsigned i = 0; i < 8; ++i)
+        ok(rtVariableSetObject(variable(nameOf(i).c_str()), programs[5][i]));
+    ok(rtContextLaunch1D(context_, 0, 1));
+    EXPECT_EQ(results()[0], 8);
+}
+
 TEST_F(Programs, CallablesTakeAndReturnStructures) {
     ok(rtVariableSet1f(variable("scoped"), 10));
     ok(rtVariableSetObject(variable("bound_vectors"), program("add_vectors")));

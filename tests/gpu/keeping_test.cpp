@@ -110,6 +110,8 @@ protected:
         rig->raygenRecord(group);
         return rig;
     }
+    static constexpr unsigned kLargeLaunch =
+        1 << 16; // waits for the whole, see engine/gpu/code/code.h
     static unsigned run(Rig& rig, unsigned width = 1) {
         Buffer result(4);
         rig.run(result.address(), width);
@@ -331,23 +333,10 @@ TEST_F(GpuReadyCode, KernelsThatAreMissingAreKeptOnDisk) {
 }
 
 TEST_F(GpuReadyCode, TheThirdLaunchWaitsForTheWhole) {
-    constexpr unsigned kLarge = 1 << 16;
     auto rig = make(context_, stores(7));
     for (unsigned i = 0; i < 3; ++i)
-        EXPECT_EQ(7u, run(*rig, kLarge));
+        EXPECT_EQ(7u, run(*rig, kLargeLaunch));
     EXPECT_EQ(2u, loads);
-}
-
-TEST_F(GpuReadyCode, SmallLaunchesDoNotWait) {
-    auto rig = make(context_, stores(7));
-    const auto start = std::chrono::steady_clock::now();
-    for (unsigned i = 0; i < 5; ++i)
-        EXPECT_EQ(7u, run(*rig));
-    const auto five = std::chrono::steady_clock::now() - start;
-    while (loads == 1 && std::chrono::steady_clock::now() - start < std::chrono::seconds(20))
-        EXPECT_EQ(7u, run(*rig));
-    EXPECT_EQ(2u, loads);
-    EXPECT_LT(five, std::chrono::steady_clock::now() - start);
 }
 
 // A load waits for kernels that run, which may wait for the thread that launches.
@@ -389,7 +378,7 @@ TEST_F(GpuReadyCode, ShortWorkBeforeALaunchMakesNoStreamBusy) {
     };
     for (unsigned i = 0; i < 20; ++i) {
         ASSERT_EQ(CUDA_SUCCESS, driverForTests().launchHostFunc(nullptr, work, nullptr));
-        EXPECT_EQ(7u, run(*rig));
+        EXPECT_EQ(7u, run(*rig, kLargeLaunch));
     }
     EXPECT_EQ(2u, loads);
 }

@@ -7,8 +7,8 @@
 //   bench_programs --report FOLDER                         the table; 1 if pictures differ
 //   bench_programs --program paths_16                      one, in this process
 // Sunstone is tuned on the first set of programs and on the second (second/list.cpp, --set second).
-// The third set (third/list.cpp, --set third) has programs of other kinds, on which nothing is
-// tuned.
+// The third set (third/list.cpp, --set third) has programs of other kinds, which did not serve to
+// tune Sunstone before their first run.
 #include "arguments.h"
 #include "run.h"
 

@@ -174,13 +174,21 @@ int Scene::boundCallable(const Program& program, const Scopes& scopes) {
         bindsCycle_ |= callables_[size_t(number)].blocks[devlib::kBlockMain] == nullptr;
         return number;
     }
-    constexpr size_t kMost = 31;
-    if (scopes.size() > kMost)
+    // Programs that are bound to each other search in many orders of their scopes.
+    constexpr size_t kDeepest = 256, kMostOfOne = 20000;
+    if (boundDepth_ == 0)
+        boundBefore_ = callables_.size();
+    if (boundDepth_ > kDeepest)
         refuse(RT_ERROR_INVALID_VALUE, "the chain of bound programs that call program \"",
-               program.code->name, "\" is longer than ", kMost);
+               program.code->name, "\" is longer than ", kDeepest);
+    if (callables_.size() - boundBefore_ > kMostOfOne)
+        refuse(RT_ERROR_INVALID_VALUE, "program \"", program.code->name, "\" is in more than ",
+               kMostOfOne, " chains of bound programs that call each other");
     checkKind(program, ProgramKind::kDirectCallable, "the bound program");
     callables_.emplace_back();
+    ++boundDepth_;
     const void* const memory = block(program, scopes);
+    --boundDepth_;
     devlib::ClassicRecord made = record(
         devlib::kGroupCallables, {{devlib::kRoleDirect, &program, ProgramKind::kDirectCallable}});
     made.blocks[devlib::kBlockMain] = memory;

@@ -402,6 +402,7 @@ void Scene::bind() {
     blockMemory_.clear();
     boundCallables_.clear();
     bindsCycle_ = false;
+    boundDepth_ = 0; // a refusal may have left it
     ++bind_;
     hits_.clear();
     bounds_.clear();

@@ -130,6 +130,8 @@ private:
     // Numbers of the programs of variables, by the scopes in which they search.
     std::map<std::pair<const Program*, Scopes>, int> boundCallables_;
     bool bindsCycle_ = false; // a program calls itself through variables
+    // Of the bound programs that are being numbered: length of the chain; numbers given before it.
+    size_t boundDepth_ = 0, boundBefore_ = 0;
     struct BoundGroup {
         std::shared_ptr<engine::ProgramGroup> group;
         std::vector<std::shared_ptr<const ProgramCode>> codes; // their addresses are in the key

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // sunstone_fatbin IN.ptx... OUT.fatbin: wraps PTX texts, one per architecture, in the container
-// that clang embeds in host code with -fcuda-include-gpubinary. driver/modules/fat_binary.h describes the
-// layout.
+// that clang embeds in host code with -fcuda-include-gpubinary. driver/modules/fat_binary.h
+// describes the layout.
 #include <cstdint>
 #include <cstdio>
 #include <cstring>

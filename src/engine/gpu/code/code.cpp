@@ -119,11 +119,6 @@ std::shared_ptr<GpuCodeObject> GpuPipelineCode::get(unsigned depth) {
 
 namespace {
 
-// The first launches show a picture early. Programs that launch more often gain from the wait: all
-// further frames have the speed of the whole pipeline. Small launches, of which some programs make
-// hundreds for a picture, gain less than the wait costs.
-constexpr unsigned kReadyLaunches = 2;
-
 // The limit is for pipelines that wait for the compilation of others.
 void waitFor(const GpuLaterCode& later) {
     constexpr std::chrono::milliseconds kLimit(3000), kStep(1);
@@ -150,10 +145,10 @@ std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, CUs
                                                              uint64_t indices) {
     std::lock_guard lock(mutex_);
     std::shared_ptr<GpuCodeObject>& code = find(graphKindOf(flags_, depth));
-    if (!code->later || !becomesIdle(stream))
+    if (!code->later || (!code->later->isReady && !WaitsForWhole::isLarge(indices)) ||
+        !becomesIdle(stream))
         return code;
-    code->readyLaunches += indices >= kLargeLaunch;
-    if (code->readyLaunches > kReadyLaunches && indices >= kLargeLaunch)
+    if (code->waits.next(indices))
         waitFor(*code->later);
     if (!code->later->isReady)
         return code;

@@ -41,6 +41,21 @@ private:
     CUmodule module_ = nullptr;
 };
 
+// Which launches wait until the whole pipeline is compiled. The first ones show a picture early.
+// Programs that launch more often gain from the wait: all further frames have the speed of the
+// whole pipeline. Small launches, of which some programs make hundreds for a picture, gain less
+// than the wait costs.
+class WaitsForWhole {
+public:
+    static constexpr uint64_t kLargeLaunch = 1 << 16; // indices
+    static bool isLarge(uint64_t indices) { return indices >= kLargeLaunch; }
+    // Whether a launch on an idle stream waits. Counts the launch.
+    bool next(uint64_t indices) { return isLarge(indices) && ++large_ > 2; }
+
+private:
+    unsigned large_ = 0;
+};
+
 // Code of one pipeline for one kind of graphs. The destructor waits for its launches.
 class GpuCodeObject {
 public:
@@ -59,8 +74,8 @@ public:
     devlib::LaneMemory laneMemory = {}; // claimed by its warps, if any
     unsigned mostBlocks = ~0u;          // of a launch, so that each warp has lane memory
     std::atomic<size_t> stackBytes = 0;
-    std::string feedback;       // messages of the compiler
-    unsigned readyLaunches = 0; // on idle streams, while `later` is compiled
+    std::string feedback; // messages of the compiler
+    WaitsForWhole waits;  // while `later` is compiled
     // Faster code that replaces this code when it is compiled, or null.
     std::shared_ptr<const GpuLaterCode> later;
     const std::shared_ptr<LaunchFindings> findings = std::make_shared<LaunchFindings>();
@@ -89,7 +104,6 @@ public:
     // idle: a load waits for kernels that run, and these may wait for the caller. The third large
     // launch on an idle stream, and later ones, wait for that code.
     std::shared_ptr<GpuCodeObject> getForLaunch(unsigned depth, CUstream stream, uint64_t indices);
-    static constexpr uint64_t kLargeLaunch = 1 << 16;
 
 private:
     const Make make_;
