@@ -31,7 +31,8 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
      "cpu-device: contexts of the CPU device use the back end for GPUs (for its tests)"},
     {"SUNSTONE_GPU_CODE",
      "code of new pipelines on GPUs: whole (compiled at once), ready (linked with a kernel of the "
-     "library, for tests) or, by default, ready until the whole is compiled"},
+     "library, for tests), narrow (code for the traversables that exist is compiled at the first "
+     "launch) or, by default, ready until the whole is compiled"},
     {"SUNSTONE_KERNELS", "how threads of CUDA kernels run: lockstep (default), single or runs"},
     {"SUNSTONE_RAYS",
      "how rays of OptiX launches are walked on the CPU: alone or batches (default: "
@@ -119,7 +120,8 @@ std::string settingFault(Setting setting, const std::string& value) {
     case Setting::kGpuBackEnd:
         return unless(value == "cpu-device", "it is cpu-device");
     case Setting::kGpuCode:
-        return unless(value == "whole" || value == "ready", "it is whole or ready");
+        return unless(value == "whole" || value == "ready" || value == "narrow",
+                      "it is whole, ready or narrow");
     case Setting::kKernels:
         return unless(value == "lockstep" || value == "single" || value == "runs",
                       "it is lockstep, single or runs");

@@ -29,6 +29,7 @@ TEST(Settings, GoodValues) {
              {Setting::kGpuBackEnd, "cpu-device"},
              {Setting::kGpuCode, "ready"},
              {Setting::kGpuCode, "whole"},
+             {Setting::kGpuCode, "narrow"},
              {Setting::kKernels, "single"},
              {Setting::kVisibleDevices, "-1"},
          })

@@ -26,7 +26,7 @@ protected:
     static void SetUpTestSuite() { Device::get(); }
     std::unique_ptr<Buffer> note(devlib::HandleTag tag) {
         auto memory = std::make_unique<Buffer>(256);
-        table_.note(devlib::makeHandle(memory->data(), tag));
+        table_.note(devlib::makeHandle(memory->data(), tag), false);
         return memory;
     }
     GpuHandleTable table_;
@@ -35,22 +35,22 @@ protected:
 TEST_F(GpuHandles, TwoInstanceStructuresMayBeOneGraph) {
     const auto mesh = note(devlib::kTagGas), other = note(devlib::kTagGas);
     auto first = note(devlib::kTagIas);
-    table_.note(devlib::makeHandle(first->data(), devlib::kTagIas));
-    EXPECT_FALSE(table_.mayBeDeep()) << "one, built twice";
+    table_.note(devlib::makeHandle(first->data(), devlib::kTagIas), false);
+    EXPECT_FALSE(table_.graphs().deep) << "one, built twice";
     first.reset();
     auto second = note(devlib::kTagIas);
-    EXPECT_FALSE(table_.mayBeDeep()) << "the memory of the first is freed";
+    EXPECT_FALSE(table_.graphs().deep) << "the memory of the first is freed";
     auto third = note(devlib::kTagIas);
-    EXPECT_TRUE(table_.mayBeDeep());
+    EXPECT_TRUE(table_.graphs().deep);
     third.reset();
-    EXPECT_TRUE(table_.mayBeDeep()) << "programs may have been made for it";
+    EXPECT_TRUE(table_.graphs().deep) << "programs may have been made for it";
 }
 
 TEST_F(GpuHandles, TransformsMayBeAboveAnything) {
     const auto instances = note(devlib::kTagIas);
-    EXPECT_FALSE(table_.mayBeDeep());
+    EXPECT_FALSE(table_.graphs().deep);
     const auto transform = note(devlib::kTagStatic);
-    EXPECT_TRUE(table_.mayBeDeep());
+    EXPECT_TRUE(table_.graphs().deep);
 }
 
 TEST(GpuSharedMemory, MoreThanHostAndGpuHaveIsRefusedWithoutTheDriver) {

@@ -90,6 +90,7 @@ constexpr const char* kGpuKernel = "sunstone_launch";
 GpuCode compileGpuPipeline(const GpuPipelineRequest& request);
 
 constexpr const char* kGraphConstant = "sunstone_gpu_graph"; // a devlib::GraphKind
+constexpr const char* kMotionConstant = "sunstone_gpu_motion";
 // A constant of the run-time in this request; 0 if the request does not set it.
 uint32_t constantOf(const GpuPipelineRequest& request, std::string_view name);
 

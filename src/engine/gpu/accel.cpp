@@ -105,7 +105,7 @@ uint64_t GpuBackend::buildAccel(const ContextPtr& context, AccelBuild request) {
     }
     const uint64_t handle =
         devlib::makeHandle(request.output, inputs.instances ? devlib::kTagIas : devlib::kTagGas);
-    noteGpuHandle(handle);
+    noteGpuHandle(handle, request.options.motion.keys > 1);
     return handle;
 }
 
@@ -189,7 +189,7 @@ uint64_t GpuBackend::relocateAccel(const ContextPtr& context, void* stream,
                                         CUdeviceptr(arrays[i]));
     const uint64_t handle =
         devlib::makeHandle(block, bvh::holdsInstances(info) ? devlib::kTagIas : devlib::kTagGas);
-    noteGpuHandle(handle);
+    noteGpuHandle(handle, bvh::isMoving(bvh::relocatedType(info)));
     return handle;
 }
 

@@ -88,9 +88,10 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
         checkBoundValues(pipeline, params.data());
     }
     const bool debugging = pipeline.rules.exceptionFlags & devlib::kFlagDebug;
-    const std::shared_ptr<const GpuCodeObject> kept =
-        codeOf(pipeline).getForLaunch(depthOfGraphs(request.limits), stream,
-                                      uint64_t(request.width) * request.height * request.depth);
+    const GpuGraphs there = gpuGraphs();
+    const std::shared_ptr<const GpuCodeObject> kept = codeOf(pipeline).getForLaunch(
+        depthOfGraphs(request.limits, there), there, stream,
+        uint64_t(request.width) * request.height * request.depth);
     const GpuCodeObject& code = *kept;
     GpuLaunchSlots::Lease slot(slots_, context, stream, variable, request.validation);
     slot->findings = code.findings;

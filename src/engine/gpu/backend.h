@@ -80,9 +80,11 @@ private:
     compiler::GpuTarget target();
     static GpuPipelineCode& codeOf(const Pipeline& pipeline);
     struct CodePlan;
-    static unsigned depthOfGraphs(const PipelineLimits& limits);
-    std::shared_ptr<GpuCodeObject> makeCode(const CodePlan& plan, devlib::GraphKind graph,
+    static unsigned depthOfGraphs(const PipelineLimits& limits, const GpuGraphs& there);
+    std::shared_ptr<GpuCodeObject> makeCode(const CodePlan& plan, GpuCodeKind kind,
                                             const GpuLaterCode* later);
+    std::shared_ptr<const GpuLaterCode> prepareNarrow(const CodePlan& plan, GpuCodeKind kind,
+                                                      bool compiles);
     void obtainLaneMemory(GpuCodeObject& object, const compiler::GpuCode& code);
     compiler::GpuCode compileWhole(const compiler::GpuPipelineRequest& request);
     bool addMachineCode(compiler::GpuCode& code, const compiler::GpuPipelineRequest& request);

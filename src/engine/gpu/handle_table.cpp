@@ -41,10 +41,14 @@ bool mayBeBack(uint64_t handle) {
 
 } // namespace
 
-void GpuHandleTable::note(uint64_t handle) {
+void GpuHandleTable::note(uint64_t handle, bool moves) {
     const uint64_t allocation = allocationOf(handle); // throws before anything has changed
-    isDeep_ |= !isStructure(handle);
-    if (!isDeep_ && devlib::tagOf(handle) == devlib::kTagIas &&
+    const devlib::HandleTag tag = devlib::tagOf(handle);
+    graphs_.any = true;
+    graphs_.instances |= tag != devlib::kTagGas;
+    graphs_.deep |= !isStructure(handle);
+    graphs_.motion |= moves || tag == devlib::kTagMatrixMotion || tag == devlib::kTagSrtMotion;
+    if (!graphs_.deep && tag == devlib::kTagIas &&
         std::ranges::find(instanceStructures_, handle) == instanceStructures_.end())
         instanceStructures_.push_back(handle);
     if (isStructure(handle)) { // the memory held one of the other kind before
@@ -85,9 +89,9 @@ uint64_t GpuHandleTable::usual(uint64_t handle) {
     return 0;
 }
 
-bool GpuHandleTable::mayBeDeep() {
-    if (isDeep_ || instanceStructures_.size() < 2)
-        return isDeep_;
+const GpuGraphs& GpuHandleTable::graphs() {
+    if (graphs_.deep || instanceStructures_.size() < 2)
+        return graphs_;
     std::erase_if(instanceStructures_, [this](uint64_t handle) {
         const auto found = entries_.find(handle);
         if (found == entries_.end())
@@ -95,7 +99,8 @@ bool GpuHandleTable::mayBeDeep() {
         look(found->second);
         return !found->second.isThere;
     });
-    return isDeep_ = instanceStructures_.size() >= 2;
+    graphs_.deep = instanceStructures_.size() >= 2;
+    return graphs_;
 }
 
 void GpuHandleTable::tidy() {

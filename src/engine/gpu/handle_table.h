@@ -11,19 +11,27 @@
 
 namespace sunstone::engine {
 
+// Which traversables the process has built or declared. What graphs() has returned as true stays
+// true.
+struct GpuGraphs {
+    bool any = false;       // a structure or a transform
+    bool instances = false; // an instance structure or a transform
+    bool deep = false;      // transforms, or two instance structures: paths of more than two
+    bool motion = false;    // a structure with motion keys, or a motion transform
+};
+
 // A handle keeps its place until the layout changes. The caller holds the mutex.
 class GpuHandleTable {
 public:
     std::mutex mutex;
 
-    void note(uint64_t handle);
+    // moves: the structure has motion keys.
+    void note(uint64_t handle, bool moves);
     // Checks `count` structures with the driver, continuing after those of the last call.
     void look(size_t count);
     // `handle` if it is valid, else the newest structure's handle if that is valid, else 0.
     uint64_t usual(uint64_t handle);
-    // Whether a path may have more than two traversables: transforms exist, or two instance
-    // structures. Once true, it stays true.
-    bool mayBeDeep();
+    const GpuGraphs& graphs();
     // Lays out a table if there is none, or if the list of changes is much longer than the table.
     void tidy();
 
@@ -49,9 +57,9 @@ private:
     std::vector<uint64_t> order_;
     size_t next_ = 0;
     uint64_t newest_ = 0;
-    // Handles of instance structures; at most one after mayBeDeep() has returned false.
+    // Handles of instance structures; at most one after graphs() has returned, unless it is deep.
     std::vector<uint64_t> instanceStructures_;
-    bool isDeep_ = false;
+    GpuGraphs graphs_;
 };
 
 } // namespace sunstone::engine

@@ -11,21 +11,21 @@ namespace sunstone::engine {
 using namespace device::cuda;
 using namespace bvh::gpu;
 
-void noteGpuHandle(uint64_t handle) {
+void noteGpuHandle(uint64_t handle, bool moves) {
     {
         GpuHandleTable& all = gpuProcess().handles;
         std::lock_guard lock(all.mutex);
-        all.note(handle);
+        all.note(handle, moves);
     }
     GpuTableFollowers& them = gpuProcess().followers;
     std::lock_guard lock(them.mutex);
     std::erase_if(them.all, [](GpuKnownHandles* each) { return !each->tryRefresh(); });
 }
 
-bool gpuGraphsMayBeDeep() {
+GpuGraphs gpuGraphs() {
     GpuHandleTable& all = gpuProcess().handles;
     std::lock_guard lock(all.mutex);
-    return all.mayBeDeep();
+    return all.graphs();
 }
 
 GpuKnownHandles::~GpuKnownHandles() {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "device/cuda/driver.h"
+#include "engine/gpu/handle_table.h"
 
 #include <cstdint>
 #include <mutex>
@@ -14,10 +15,11 @@
 namespace sunstone::engine {
 
 // Registers the handle of a structure that was built, compacted or relocated, or of a transform.
-void noteGpuHandle(uint64_t handle);
+// moves: the structure has motion keys.
+void noteGpuHandle(uint64_t handle, bool moves = false);
 
-// GpuHandleTable::mayBeDeep() for all handles of the process.
-bool gpuGraphsMayBeDeep();
+// GpuHandleTable::graphs() for all handles of the process.
+GpuGraphs gpuGraphs();
 
 // The table of known handles in the memory of a CUDA context. Any thread may call. The context is
 // current, and idle at destruction.
@@ -43,7 +45,7 @@ public:
     void abandon();
 
 private:
-    friend void noteGpuHandle(uint64_t handle);
+    friend void noteGpuHandle(uint64_t handle, bool moves);
 
     void follow();
     bool tryRefresh();

@@ -106,9 +106,9 @@ devlib::GraphKind graphKindOf(unsigned flags, unsigned depth) {
 std::shared_ptr<GpuCodeObject>& GpuPipelineCode::find(devlib::GraphKind kind) {
     std::shared_ptr<GpuCodeObject>& any = codes_[devlib::kGraphAny];
     if (!codes_[kind] && !any)
-        codes_[kind] = make_(kind, nullptr);
+        codes_[kind] = make_({kind, motion_}, nullptr);
     if (!codes_[kind] && !any)
-        any = make_(devlib::kGraphAny, nullptr);
+        any = make_({devlib::kGraphAny, motion_}, nullptr);
     return codes_[kind] ? codes_[kind] : any;
 }
 
@@ -118,14 +118,6 @@ std::shared_ptr<GpuCodeObject> GpuPipelineCode::get(unsigned depth) {
 }
 
 namespace {
-
-// The limit is for pipelines that wait for the compilation of others.
-void waitFor(const GpuLaterCode& later) {
-    constexpr std::chrono::milliseconds kLimit(3000), kStep(1);
-    const auto start = std::chrono::steady_clock::now();
-    while (!later.isReady && std::chrono::steady_clock::now() - start < kLimit)
-        std::this_thread::sleep_for(kStep);
-}
 
 // Whether the stream has no work left. Copies of parameters and events, which applications queue
 // just before a launch, end within the limit.
@@ -141,10 +133,26 @@ bool becomesIdle(CUstream stream) {
 
 } // namespace
 
-std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, CUstream stream,
-                                                             uint64_t indices) {
+// Null if there is none yet. A captured launch may run after other traversables have been built.
+std::shared_ptr<GpuCodeObject> GpuPipelineCode::findNarrow(devlib::GraphKind declared,
+                                                           const GpuGraphs& there, CUstream stream,
+                                                           uint64_t indices) {
+    const GpuCodeKind all = {declared, motion_}, kind = narrowed(all, there);
+    if (kind == all || !narrow_.areMade() || isCapturing(driver(), stream))
+        return nullptr;
+    const GpuNarrowCodes::Load load = [&](const GpuLaterCode& later) {
+        return make_(kind, &later);
+    };
+    return narrow_.get(kind, indices, [=] { return becomesIdle(stream); }, load);
+}
+
+std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, const GpuGraphs& there,
+                                                             CUstream stream, uint64_t indices) {
     std::lock_guard lock(mutex_);
-    std::shared_ptr<GpuCodeObject>& code = find(graphKindOf(flags_, depth));
+    const devlib::GraphKind kind = graphKindOf(flags_, depth);
+    if (auto narrow = findNarrow(kind, there, stream, indices))
+        return narrow;
+    std::shared_ptr<GpuCodeObject>& code = find(kind);
     if (!code->later || (!code->later->isReady && !WaitsForWhole::isLarge(indices)) ||
         !becomesIdle(stream))
         return code;
@@ -157,7 +165,7 @@ std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, CUs
         return code; // it could not be compiled
     try {
         std::shared_ptr<GpuCodeObject> faster =
-            make_(devlib::GraphKind(&code - codes_), later.get());
+            make_({devlib::GraphKind(&code - codes_), motion_}, later.get());
         replaced_.push_back(std::move(code));
         code = std::move(faster);
     } catch (const Error& error) {

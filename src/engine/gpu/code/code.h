@@ -7,6 +7,7 @@
 #include "devlib/gpu/launch_block.h"
 #include "engine/backend.h"
 #include "engine/gpu/code/code_queue.h"
+#include "engine/gpu/code/narrow_code.h"
 #include "engine/gpu/patience.h"
 
 #include <atomic>
@@ -91,24 +92,32 @@ class GpuPipelineCode final : public DeviceCode {
 public:
     // Makes code. Null where programs have variables, because code for other graphs would have
     // copies of them. Never null for kGraphAny. `later`: the code to load, or null.
-    using Make =
-        std::function<std::shared_ptr<GpuCodeObject>(devlib::GraphKind, const GpuLaterCode* later)>;
+    using Make = std::function<std::shared_ptr<GpuCodeObject>(GpuCodeKind, const GpuLaterCode*)>;
     static constexpr unsigned kShallowDepth = 2; // of devlib::kGraphShallow
-    // flags: OptixTraversableGraphFlags.
-    GpuPipelineCode(Make make, unsigned flags) : make_(std::move(make)), flags_(flags) {}
+    // prepare: see GpuNarrowCodes; empty: the pipeline has no narrow code. flags:
+    // OptixTraversableGraphFlags.
+    GpuPipelineCode(Make make, GpuNarrowCodes::Prepare prepare, unsigned flags, bool motion)
+        : make_(std::move(make)), flags_(flags), motion_(motion), narrow_(std::move(prepare)) {}
 
     // The code for graphs of this depth, or for any, made if there is none. Throws what `make`
     // throws.
     std::shared_ptr<GpuCodeObject> get(unsigned depth);
     // The same for a launch of that many indices. Loads code that has become ready if the stream is
     // idle: a load waits for kernels that run, and these may wait for the caller. The third large
-    // launch on an idle stream, and later ones, wait for that code.
-    std::shared_ptr<GpuCodeObject> getForLaunch(unsigned depth, CUstream stream, uint64_t indices);
+    // launch on an idle stream, and later ones, wait for that code. `there`: the traversables of
+    // the process; the launch may get code for these alone, unless it is captured.
+    std::shared_ptr<GpuCodeObject> getForLaunch(unsigned depth, const GpuGraphs& there,
+                                                CUstream stream, uint64_t indices);
 
 private:
+    std::shared_ptr<GpuCodeObject> findNarrow(devlib::GraphKind declared, const GpuGraphs& there,
+                                              CUstream stream, uint64_t indices);
+
     const Make make_;
     const unsigned flags_;
+    const bool motion_;
     std::mutex mutex_;
+    GpuNarrowCodes narrow_; // with the mutex
     std::shared_ptr<GpuCodeObject>& find(devlib::GraphKind kind); // with the mutex
 
     // By GraphKind, and code that other code has replaced. None is unloaded before the pipeline is

@@ -11,6 +11,13 @@
 
 namespace sunstone::engine {
 
+void waitFor(const GpuLaterCode& later) {
+    constexpr std::chrono::milliseconds kLimit(3000), kStep(1);
+    const auto start = std::chrono::steady_clock::now();
+    while (!later.isReady && std::chrono::steady_clock::now() - start < kLimit)
+        std::this_thread::sleep_for(kStep);
+}
+
 void GpuCodeQueue::add(const void* owner, std::function<void()> job) {
     // Static objects that a job uses are destroyed at exit. The handler that is registered last
     // runs first, and these objects exist by now.

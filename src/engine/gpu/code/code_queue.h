@@ -20,6 +20,10 @@ struct GpuLaterCode {
     compiler::GpuCode code;
 };
 
+// Returns when the code is ready, or after three seconds: a pipeline may wait for the compilation
+// of others.
+void waitFor(const GpuLaterCode& later);
+
 class GpuCodeQueue {
 public:
     GpuCodeQueue() = default;

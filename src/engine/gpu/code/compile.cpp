@@ -128,7 +128,7 @@ struct GpuBackend::CodePlan {
     bool measuresStack = false; // programs recurse, or overflows of the stack are exceptions
     bool hasVisits = false;
 
-    compiler::GpuPipelineRequest requestFor(devlib::GraphKind graph) const;
+    compiler::GpuPipelineRequest requestFor(GpuCodeKind kind) const;
 };
 
 GpuPipelineCode& GpuBackend::codeOf(const Pipeline& pipeline) {
@@ -139,8 +139,8 @@ GpuPipelineCode& GpuBackend::codeOf(const Pipeline& pipeline) {
 // two levels takes half the time to compile and runs faster. A launch compiles other code, and
 // waits for the GPU, only if deep graphs appear after the pipeline and it never declares their
 // depth.
-unsigned GpuBackend::depthOfGraphs(const PipelineLimits& limits) {
-    if (limits.maxGraphDepth != devlib::kMaxGraphDepth || gpuGraphsMayBeDeep())
+unsigned GpuBackend::depthOfGraphs(const PipelineLimits& limits, const GpuGraphs& there) {
+    if (limits.maxGraphDepth != devlib::kMaxGraphDepth || there.deep)
         return limits.maxGraphDepth;
     return GpuPipelineCode::kShallowDepth;
 }
@@ -155,7 +155,7 @@ void GpuBackend::setStackUse(GpuCodeObject& code) {
 // The sizes can only enlarge the stack beyond the known need of the programs.
 void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
     const PipelineLimits set = pipeline.limits.get();
-    GpuCodeObject& code = *codeOf(pipeline).get(depthOfGraphs(set));
+    GpuCodeObject& code = *codeOf(pipeline).get(depthOfGraphs(set, gpuGraphs()));
     const size_t asked = size_t(set.directStackFromTraversal) + set.directStackFromState +
                          set.continuationStack + code.reservedStack;
     ContextScope scope(device_.context());
@@ -419,11 +419,11 @@ void GpuBackend::obtainLaneMemory(GpuCodeObject& object, const compiler::GpuCode
     object.laneMemory.frameBytes = code.frameBytes;
 }
 
-std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, devlib::GraphKind graph,
+std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, GpuCodeKind kind,
                                                     const GpuLaterCode* later) {
     ContextScope scope(device_.context());
     const LoadedGpuCodes::Entry entry =
-        later ? loadMachineCode(later->code) : obtainCode(plan.requestFor(graph), plan.cache);
+        later ? loadMachineCode(later->code) : obtainCode(plan.requestFor(kind), plan.cache);
     if (!entry.loaded)
         return nullptr;
     const compiler::GpuCode& code = *entry.code;
@@ -440,10 +440,23 @@ std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, devlib
     return loaded;
 }
 
-compiler::GpuPipelineRequest GpuBackend::CodePlan::requestFor(devlib::GraphKind graph) const {
+compiler::GpuPipelineRequest GpuBackend::CodePlan::requestFor(GpuCodeKind kind) const {
     compiler::GpuPipelineRequest made = request;
-    made.constants.emplace_back(kGraphConstant, graph);
+    made.constants.emplace_back(kMotionConstant, kind.motion);
+    made.constants.emplace_back(kGraphConstant, kind.graph);
     return made;
+}
+
+// Code from the disk cache; with `compiles`, else code that the queue compiles; or null.
+std::shared_ptr<const GpuLaterCode> GpuBackend::prepareNarrow(const CodePlan& plan,
+                                                              GpuCodeKind kind, bool compiles) {
+    const compiler::GpuPipelineRequest request = plan.requestFor(kind);
+    const auto kept = std::make_shared<GpuLaterCode>();
+    if (plan.cache && compiler::findGpuPipeline(compiler::keyOf(request), *plan.cache, kept->code)) {
+        kept->isReady = true;
+        return kept;
+    }
+    return compiles ? compileLater(request, plan.cache) : nullptr;
 }
 
 void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
@@ -483,16 +496,22 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_hasVisits", plan.hasVisits},
         {"sunstone_gpu_hasException", has(devlib::kGroupException)},
         {"sunstone_gpu_exceptionFlags", flags},
-        {"sunstone_gpu_motion", pipeline.rules.motionBlur},
     };
+    const GpuPipelineCode::Make make = [this, plan](GpuCodeKind kind, const GpuLaterCode* later) {
+        return makeCode(plan, kind, later);
+    };
+    const bool narrows = !isClassic && limits.maxTraceDepth != 0 &&
+                         !(flags & (devlib::kFlagDebug | devlib::kFlagStackOverflow));
+    GpuNarrowCodes::Prepare prepare;
+    if (narrows)
+        prepare = [this, plan](GpuCodeKind kind, bool compiles) {
+            return prepareNarrow(plan, kind, compiles);
+        };
     const auto code = std::make_shared<GpuPipelineCode>(
-        [this, plan](devlib::GraphKind graph, const GpuLaterCode* later) {
-            return makeCode(plan, graph, later);
-        },
-        pipeline.rules.traversableGraphFlags);
+        make, prepare, pipeline.rules.traversableGraphFlags, pipeline.rules.motionBlur);
     pipeline.deviceCode = code;
     pipeline.feedback =
-        code->get(isClassic ? limits.maxGraphDepth : depthOfGraphs(limits))->feedback;
+        code->get(isClassic ? limits.maxGraphDepth : depthOfGraphs(limits, gpuGraphs()))->feedback;
 }
 
 } // namespace sunstone::engine

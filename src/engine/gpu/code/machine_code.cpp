@@ -22,12 +22,11 @@ using namespace device::cuda;
 //   takes turns, deep graphs                              128   96 by 6 %
 //   takes turns, custom primitives, curves or spheres      80   72 by 6 %
 unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurns) {
-    const compiler::PipelineRules& rules = request.pipeline.rules;
     constexpr unsigned kStill[] = {72, 80, 80, 80}, kTurns[] = {72, 80, 128, 80},
                        kMoving[] = {96, 128, 128, 128}; // by GraphKind
-    const unsigned most = (rules.motionBlur ? kMoving
-                           : takesTurns     ? kTurns
-                                            : kStill)[constantOf(request, kGraphConstant)];
+    const unsigned most = (constantOf(request, kMotionConstant) ? kMoving
+                           : takesTurns                         ? kTurns
+                                                                : kStill)[constantOf(request, kGraphConstant)];
     const bool onlyTriangles = !constantOf(request, "sunstone_gpu_hasIntersection") &&
                                !constantOf(request, "sunstone_gpu_shapes");
     return takesTurns && !onlyTriangles ? std::max(most, 80u) : most;

@@ -12,6 +12,7 @@
 namespace sunstone::engine {
 
 using compiler::kGraphConstant;
+using compiler::kMotionConstant;
 
 constexpr unsigned kMostRegisters = 128;
 // Registers of a thread that suit most kernels of this kind.

@@ -36,7 +36,6 @@ compiler::GpuPipelineRequest requestOf(const Kind& kind, const compiler::GpuTarg
         hasCurves ? bvh::gpu::shapeBitsOf(kAllTypes) | devlib::kGpuFactOfLaunch : 0;
     compiler::GpuPipelineRequest kernel;
     kernel.part = compiler::GpuPart::kKernel;
-    kernel.pipeline.rules.motionBlur = kind.moves;
     kernel.pipeline.flavor = kind.isClassic ? &compiler::optix6Flavor() : &compiler::optix7Flavor();
     kernel.runtime = kind.isClassic ? devlib::gpuClassicRuntime() : devlib::gpuRuntime();
     kernel.target = target;
@@ -50,7 +49,7 @@ compiler::GpuPipelineRequest requestOf(const Kind& kind, const compiler::GpuTarg
         {"sunstone_gpu_hasVisits", 0},
         {"sunstone_gpu_hasException", 1},
         {"sunstone_gpu_exceptionFlags", devlib::kGpuFactOfLaunch},
-        {"sunstone_gpu_motion", kind.moves},
+        {kMotionConstant, kind.moves},
         {kGraphConstant, kind.graph},
     };
     return kernel;
@@ -82,7 +81,7 @@ std::string readyKernelId(const compiler::GpuPipelineRequest& kernel) {
     return message("ready, ", kernel.pipeline.flavor->name(), ", graph ",
                    constantOf(kernel, kGraphConstant), ", shapes ",
                    constantOf(kernel, "sunstone_gpu_hasIntersection"), ", motion ",
-                   constantOf(kernel, "sunstone_gpu_motion"), ", depth ", kernel.maxTraceDepth);
+                   constantOf(kernel, kMotionConstant), ", depth ", kernel.maxTraceDepth);
 }
 
 unsigned readyKernelRegisters(const compiler::GpuPipelineRequest& kernel) {
@@ -105,7 +104,7 @@ readyKernelFor(const compiler::GpuPipelineRequest& request) {
     const unsigned depth = traces > compiler::kReadyDepth ? kDeep
                            : traces > kFew || isClassic   ? compiler::kReadyDepth
                                                           : kFew;
-    const bool moves = constantOf(request, "sunstone_gpu_motion");
+    const bool moves = constantOf(request, kMotionConstant);
     const bool hasShapes = isClassic || moves || depth == kDeep ||
                            constantOf(request, "sunstone_gpu_hasIntersection") ||
                            constantOf(request, "sunstone_gpu_shapes");
