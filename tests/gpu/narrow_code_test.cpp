@@ -46,9 +46,7 @@ auto call(const char* name) {
     static void* const library = dlopen("libcuda.so.1", RTLD_NOW);
     const auto function = reinterpret_cast<decltype(&kFunction)>(dlsym(library, name));
     EXPECT_NE(nullptr, function) << name;
-    return [function](auto... arguments) {
-        EXPECT_EQ(CUDA_SUCCESS, function(arguments...));
-    };
+    return [function](auto... arguments) { EXPECT_EQ(CUDA_SUCCESS, function(arguments...)); };
 }
 #define CALL(function, ...) call<function>(TEXT_OF(function))(__VA_ARGS__)
 #define TEXT_OF(name) TEXT(name)
@@ -98,8 +96,9 @@ protected:
     }
     // A wall above the ray, with two motion keys if it moves.
     std::unique_ptr<Accel> wall(float z, bool moves = false) {
-        meshes_.push_back(std::make_unique<TriangleMesh>(
-            std::vector<Vec3>{{-1, -1, z}, {3, -1, z}, {-1, 3, z}}, std::vector<uint32_t>{0, 1, 2}));
+        meshes_.push_back(
+            std::make_unique<TriangleMesh>(std::vector<Vec3>{{-1, -1, z}, {3, -1, z}, {-1, 3, z}},
+                                           std::vector<uint32_t>{0, 1, 2}));
         TriangleMesh& mesh = *meshes_.back();
         const CUdeviceptr keys[] = {mesh.vertexAddress, mesh.vertexAddress};
         OptixBuildInput input = mesh.input;

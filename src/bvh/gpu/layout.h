@@ -90,13 +90,23 @@ struct alignas(16) CurveRecord {
 static_assert(sizeof(CurveRecord) == 48);
 
 // The built-in shapes that a traversal can meet; code for other shapes compiles away.
-enum ShapeBit : uint32_t { kMeetsSpheres = 1, kMeetsLinear = 2, kMeetsCurves = 4 };
+enum ShapeBit : uint32_t {
+    kMeetsSpheres = 1,
+    kMeetsLinear = 2,
+    kMeetsCurves = 4, // with a bit for each basis
+    kMeetsQuadratic = 8,
+    kMeetsCubic = 16,
+    kMeetsCatmullRom = 32,
+};
 
 // OptixPrimitiveTypeFlags as ShapeBits: type n of the numbers 0x2500 + n has bit n.
 constexpr uint32_t shapeBitsOf(uint32_t primitiveTypeFlags) {
+    const uint32_t curves = (primitiveTypeFlags & 1u << 1 ? kMeetsQuadratic : 0u) |
+                            (primitiveTypeFlags & 1u << 2 ? kMeetsCubic : 0u) |
+                            (primitiveTypeFlags & 1u << 4 ? kMeetsCatmullRom : 0u);
     return (primitiveTypeFlags & 1u << 6 ? kMeetsSpheres : 0u) |
            (primitiveTypeFlags & 1u << 3 ? kMeetsLinear : 0u) |
-           (primitiveTypeFlags & (1u << 1 | 1u << 2 | 1u << 4) ? kMeetsCurves : 0u);
+           (curves ? curves | kMeetsCurves : 0u);
 }
 constexpr uint32_t kMaxLeafPrimitives = 3;
 

@@ -89,9 +89,9 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     }
     const bool debugging = pipeline.rules.exceptionFlags & devlib::kFlagDebug;
     const GpuGraphs there = gpuGraphs();
-    const std::shared_ptr<const GpuCodeObject> kept = codeOf(pipeline).getForLaunch(
-        depthOfGraphs(request.limits, there), there, stream,
-        uint64_t(request.width) * request.height * request.depth);
+    const std::shared_ptr<const GpuCodeObject> kept =
+        codeOf(pipeline).getForLaunch(depthOfGraphs(request.limits, there), there, stream,
+                                      uint64_t(request.width) * request.height * request.depth);
     const GpuCodeObject& code = *kept;
     GpuLaunchSlots::Lease slot(slots_, context, stream, variable, request.validation);
     slot->findings = code.findings;

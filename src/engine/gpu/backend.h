@@ -87,6 +87,8 @@ private:
                                                       bool compiles);
     void obtainLaneMemory(GpuCodeObject& object, const compiler::GpuCode& code);
     compiler::GpuCode compileWhole(const compiler::GpuPipelineRequest& request);
+    void addMachineCodeOfWhole(compiler::GpuCode& code,
+                               const compiler::GpuPipelineRequest& request);
     bool addMachineCode(compiler::GpuCode& code, const compiler::GpuPipelineRequest& request);
     std::shared_ptr<const GpuLaterCode> compileLater(const compiler::GpuPipelineRequest& request,
                                                      compiler::ObjectStore* store);

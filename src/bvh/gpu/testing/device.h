@@ -173,7 +173,7 @@ struct ShapePrograms : NoMotion, OneLane {
     bool found = false;
     ShapeHit hit{};
 
-    static uint32_t shapes() { return kMeetsSpheres | kMeetsLinear | kMeetsCurves; }
+    static uint32_t shapes() { return shapeBitsOf(~0u); }
     bool meets(uint32_t) const { return true; }
     Visit triangle(gpu::Ray&, const TriangleHit&, uint32_t, uint32_t) { return Visit::kContinue; }
     Visit custom(gpu::Ray&, uint32_t, uint32_t) { return Visit::kContinue; }

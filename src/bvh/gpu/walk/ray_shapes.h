@@ -99,11 +99,9 @@ SUNSTONE_INLINE bool testLinear(const U4* record, const MotionPlace& place, cons
     return true;
 }
 
-// Not inlined, because it would take registers of the loop. Stores the hit in `best`; false if
-// there is none.
-[[gnu::noinline]] static bool testPiece(const lane::RaySpace& space, const float* points,
-                                        uint32_t shape, uint32_t word, uint32_t flags,
-                                        lane::CurveCandidate& best) {
+// Stores the hit in `best`; false if there is none.
+SUNSTONE_INLINE bool testPiece(const lane::RaySpace& space, const float* points, uint32_t shape,
+                               uint32_t word, uint32_t flags, lane::CurveCandidate& best) {
     return lane::intersectPiece<1>(space, points, CurveBasis(shape), word, flags, best);
 }
 
@@ -130,12 +128,27 @@ SUNSTONE_INLINE bool meetsCapsule(const U4* record, const MotionPlace& place,
     return lane::testCapsules<1>(rows, s, tmax, near);
 }
 
+// The basis of a block of curves with pieces, a constant where rays can meet only one.
+SUNSTONE_INLINE uint32_t basisOf(uint32_t bits, const BlockHeader* block) {
+    switch (bits & (kMeetsQuadratic | kMeetsCubic | kMeetsCatmullRom)) {
+    case kMeetsQuadratic:
+        return uint32_t(CurveBasis::kQuadraticBSpline);
+    case kMeetsCubic:
+        return uint32_t(CurveBasis::kCubicBSpline);
+    case kMeetsCatmullRom:
+        return uint32_t(CurveBasis::kCatmullRom);
+    default:
+        return block->shape;
+    }
+}
+
 // The piece itself.
 template <bool kMotion>
-SUNSTONE_INLINE bool testCurve(const BlockHeader* block, const U4* record, const MotionPlace& place,
-                               const lane::RaySpace& s, float tmax, ShapeHit& hit) {
+SUNSTONE_INLINE bool testCurve(uint32_t bits, const BlockHeader* block, const U4* record,
+                               const MotionPlace& place, const lane::RaySpace& s, float tmax,
+                               ShapeHit& hit) {
     const U4 rest = loadConstant(record + 2);
-    const uint32_t shape = block->shape, stride = curvePointFloats(CurveBasis(shape), 1);
+    const uint32_t shape = basisOf(bits, block), stride = curvePointFloats(CurveBasis(shape), 1);
     const auto* const points = reinterpret_cast<const float*>(
         reinterpret_cast<const uint8_t*>(block) + block->pointsOffset);
     const lane::RaySpace copy = s; // so that the traversal's own stays in registers
@@ -160,7 +173,7 @@ SUNSTONE_INLINE bool testCurve(const BlockHeader* block, const U4* record, const
 SUNSTONE_INLINE bool isOfPieces(uint32_t bits, const BlockHeader* block) {
     if (!(bits & kMeetsCurves))
         return false;
-    return bits == kMeetsCurves ||
+    return !(bits & (kMeetsSpheres | kMeetsLinear)) ||
            (block->shape != kSphereShape && block->shape != uint32_t(CurveBasis::kLinear));
 }
 

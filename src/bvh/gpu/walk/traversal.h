@@ -275,7 +275,8 @@ private:
             ShapeHit hit;
             const U4* const curve = curveAt(piece);
             piece = kNoPiece;
-            end = testCurve<Programs::kMotion>(block, curve, motion, space, ray.tmax, hit) &&
+            end = testCurve<Programs::kMotion>(Programs::shapes(), block, curve, motion, space,
+                                               ray.tmax, hit) &&
                   programs.shape(ray, hit) == Visit::kEnd;
             if (!end && leaf.bits == 0)
                 end = pop(ray, stack);

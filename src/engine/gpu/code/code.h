@@ -117,7 +117,7 @@ private:
     const unsigned flags_;
     const bool motion_;
     std::mutex mutex_;
-    GpuNarrowCodes narrow_; // with the mutex
+    GpuNarrowCodes narrow_;                                       // with the mutex
     std::shared_ptr<GpuCodeObject>& find(devlib::GraphKind kind); // with the mutex
 
     // By GraphKind, and code that other code has replaced. None is unloaded before the pipeline is

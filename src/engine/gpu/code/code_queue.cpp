@@ -49,7 +49,7 @@ void GpuCodeQueue::run() {
         job.run();
         job.run = nullptr; // destroys what it holds without the lock
         lock.lock();
-        running_ = nullptr;
+        running_ = unwanted_ = nullptr;
         ended_.notify_all();
     }
     hasThread_ = false;
@@ -69,7 +69,14 @@ void GpuCodeQueue::finish(const void* owner) {
         removed.push_back(std::move(*job));
         job = jobs_.erase(job);
     }
+    if (running_ == owner)
+        unwanted_ = owner;
     ended_.wait(lock, [&] { return running_ != owner; });
+}
+
+bool GpuCodeQueue::isUnwanted(const void* owner) {
+    std::lock_guard lock(mutex_);
+    return ends_ || unwanted_ == owner;
 }
 
 void GpuCodeQueue::end() {

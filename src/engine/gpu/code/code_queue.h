@@ -33,6 +33,8 @@ public:
     void add(const void* owner, std::function<void()> job);
     // Removes the owner's jobs that have not begun, and waits for one that has.
     void finish(const void* owner);
+    // Whether a thread waits for the owner's job to end, so that the job need not complete.
+    bool isUnwanted(const void* owner);
     // Ends the thread when the process ends.
     void end();
 
@@ -46,9 +48,10 @@ private:
     std::mutex mutex_;
     std::condition_variable ended_;
     std::deque<Job> jobs_;
-    const void* running_ = nullptr; // owner of the job that the thread runs
-    bool hasThread_ = false;        // it ends when there are no jobs
-    bool ends_ = false;             // the process ends
+    const void* running_ = nullptr;  // owner of the job that the thread runs
+    const void* unwanted_ = nullptr; // the same, while finish() waits for it
+    bool hasThread_ = false;         // it ends when there are no jobs
+    bool ends_ = false;              // the process ends
 };
 
 } // namespace sunstone::engine

@@ -82,5 +82,23 @@ TEST(GpuCodeQueue, NothingRunsAfterTheEnd) {
     EXPECT_FALSE(ran);
 }
 
+TEST(GpuCodeQueue, JobsSeeThatTheyAreUnwanted) {
+    GpuCodeQueue queue;
+    const int mine = 0, others = 0;
+    std::promise<void> begun;
+    queue.add(&mine, [&] {
+        EXPECT_FALSE(queue.isUnwanted(&mine));
+        begun.set_value();
+        while (!queue.isUnwanted(&mine))
+            std::this_thread::yield();
+        EXPECT_FALSE(queue.isUnwanted(&others));
+    });
+    begun.get_future().wait();
+    queue.finish(&mine);
+    EXPECT_FALSE(queue.isUnwanted(&mine));
+    queue.end();
+    EXPECT_TRUE(queue.isUnwanted(&mine));
+}
+
 } // namespace
 } // namespace sunstone::engine

@@ -171,9 +171,14 @@ void GpuBackend::setStackSizes(const Context& context, Pipeline& pipeline) {
 // variables have no machine code for shallow graphs: all graphs share the variables.
 compiler::GpuCode GpuBackend::compileWhole(const compiler::GpuPipelineRequest& request) {
     compiler::GpuCode code = compiler::compileGpuPipeline(request);
+    addMachineCodeOfWhole(code, request);
+    return code;
+}
+
+void GpuBackend::addMachineCodeOfWhole(compiler::GpuCode& code,
+                                       const compiler::GpuPipelineRequest& request) {
     if (!code.hasState || constantOf(request, kGraphConstant) != devlib::kGraphShallow)
         addMachineCode(code, request);
-    return code;
 }
 
 bool GpuBackend::addMachineCode(compiler::GpuCode& code,
@@ -191,9 +196,13 @@ std::shared_ptr<const GpuLaterCode>
 GpuBackend::compileLater(const compiler::GpuPipelineRequest& request,
                          compiler::ObjectStore* store) {
     const auto later = std::make_shared<GpuLaterCode>();
-    gpuProcess().codeQueue.add(this, [this, later, request, store] {
+    GpuCodeQueue& queue = gpuProcess().codeQueue;
+    queue.add(this, [this, &queue, later, request, store] {
         try {
-            later->code = compileWhole(request);
+            later->code = compiler::compileGpuPipeline(request);
+            if (queue.isUnwanted(this)) // the process may end: machine code takes most of the time
+                return;
+            addMachineCodeOfWhole(later->code, request);
             if (store)
                 compiler::keepGpuPipeline(compiler::keyOf(request), later->code, *store);
             std::string().swap(later->code.ptx);
@@ -452,7 +461,8 @@ std::shared_ptr<const GpuLaterCode> GpuBackend::prepareNarrow(const CodePlan& pl
                                                               GpuCodeKind kind, bool compiles) {
     const compiler::GpuPipelineRequest request = plan.requestFor(kind);
     const auto kept = std::make_shared<GpuLaterCode>();
-    if (plan.cache && compiler::findGpuPipeline(compiler::keyOf(request), *plan.cache, kept->code)) {
+    if (plan.cache &&
+        compiler::findGpuPipeline(compiler::keyOf(request), *plan.cache, kept->code)) {
         kept->isReady = true;
         return kept;
     }

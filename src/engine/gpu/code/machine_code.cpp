@@ -26,7 +26,7 @@ unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurn
                        kMoving[] = {96, 128, 128, 128}; // by GraphKind
     const unsigned most = (constantOf(request, kMotionConstant) ? kMoving
                            : takesTurns                         ? kTurns
-                                                                : kStill)[constantOf(request, kGraphConstant)];
+                                        : kStill)[constantOf(request, kGraphConstant)];
     const bool onlyTriangles = !constantOf(request, "sunstone_gpu_hasIntersection") &&
                                !constantOf(request, "sunstone_gpu_shapes");
     return takesTurns && !onlyTriangles ? std::max(most, 80u) : most;

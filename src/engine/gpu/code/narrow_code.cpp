@@ -38,8 +38,8 @@ GpuNarrowCodes::Code& GpuNarrowCodes::find(GpuCodeKind kind) {
 
 void GpuNarrowCodes::prepare(Code& code, uint64_t indices) {
     const bool atOnce = currentConfig(Setting::kGpuCode) == "narrow";
-    if (!atOnce && !(WaitsForWhole::isLarge(indices) &&
-                     code.starts.next(std::chrono::steady_clock::now())))
+    if (!atOnce &&
+        !(WaitsForWhole::isLarge(indices) && code.starts.next(std::chrono::steady_clock::now())))
         return;
     code.later = prepare_(code.kind, true);
     if (atOnce)

@@ -29,13 +29,13 @@ struct GpuCodeKind {
 // The kind that suffices for these traversables and for what the pipeline declares.
 GpuCodeKind narrowed(GpuCodeKind declared, const GpuGraphs& there);
 
-// When narrow code is worth its compilation. A process waits at its end for a compilation that has
-// begun, so programs of a few launches do not start one.
+// When narrow code is worth its compilation. A process waits at its end for a step of a compilation
+// that has begun, so programs of a few launches do not start one.
 class StartsNarrow {
 public:
     using Time = std::chrono::steady_clock::time_point;
-    static constexpr unsigned kLaunches = 8; // large ones, see WaitsForWhole
-    static constexpr std::chrono::seconds kTime{1};
+    static constexpr unsigned kLaunches = 4; // large ones, see WaitsForWhole
+    static constexpr std::chrono::milliseconds kTime{500};
     // Counts a large launch.
     bool next(Time now);
 

@@ -50,11 +50,12 @@ struct Fake {
         return isKept || compiles ? later : nullptr;
     }};
     std::shared_ptr<GpuCodeObject> get(uint64_t indices = WaitsForWhole::kLargeLaunch) {
-        return codes.get({kGraphGas, false}, indices, [this] { return isIdle; },
-                         [this](const GpuLaterCode&) {
-                             ++loads;
-                             return loaded;
-                         });
+        return codes.get(
+            {kGraphGas, false}, indices, [this] { return isIdle; },
+            [this](const GpuLaterCode&) {
+                ++loads;
+                return loaded;
+            });
     }
 };
 
