@@ -358,6 +358,15 @@ TEST(GuidedFilter, OutputMayBeTheInput) {
     }
 }
 
+TEST(GuidedFilter, ABlendOfOneIsTheInputBitForBit) {
+    Rendering noisy = Tracer().render(80, 60, 4, 18);
+    Picture output(80, 60);
+    Frame frame = frameOf(noisy, output);
+    frame.blend = 1;
+    runFilter(frame);
+    EXPECT_EQ(output.values, noisy.color.values);
+}
+
 TEST(GuidedFilter, AlphaModes) {
     Rendering noisy = Tracer().render(64, 64, 4, 17);
     std::mt19937 random(6);

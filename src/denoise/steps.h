@@ -180,8 +180,9 @@ inline void writeColor(const Job& job, uint32_t x, uint32_t y) {
         float given[4] = {0, 0, 0, 1};
         readPixel(job.input, largeX / job.factor, largeY / job.factor, given);
         for (int c = 0; c < 4; ++c)
-            if (isUsable(given[c]))
-                values[c] += (given[c] - values[c]) * job.blend;
+            if (isUsable(given[c])) // the difference from a larger value would lose digits
+                values[c] =
+                    job.blend == 1.0f ? given[c] : values[c] + (given[c] - values[c]) * job.blend;
     }
     writePixel(job.output, x, y, values);
 }
