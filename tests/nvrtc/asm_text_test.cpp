@@ -5,6 +5,7 @@
 
 using sunstone::nvrtc::defineVariables;
 using sunstone::nvrtc::doublePercents;
+using sunstone::nvrtc::referToStaticVariables;
 
 TEST(AsmText, NamesOfRegistersGetASecondPercent) {
     EXPECT_EQ(doublePercents("asm(\"mov.u32 %0, %laneid;\" : \"=r\"(x));"),
@@ -41,4 +42,22 @@ TEST(AsmText, DeclaredVariablesBecomeDefinitions) {
          {"\n.extern .shared .align 4 .b8 s[];\n", "\n.extern .global .b8 a[];\n",
           "\n.extern .func f;\n", "\n.visible .const .u32 k;\n", ""})
         EXPECT_EQ(defineVariables(text), text);
+}
+
+TEST(AsmText, StaticVariablesHaveOneName) {
+    EXPECT_EQ(referToStaticVariables("\n.extern .global .align 4 .u32 v;"
+                                     "\n.extern .const .align 4 .b8 w[8];"
+                                     "\n.extern .global .u32 _v;"
+                                     "\n.visible .global .align 4 .u32 v__static__a1 = 4;"
+                                     "\n.visible .const .align 4 .b8 w__static__a1[8];"
+                                     "\n\tmov.u64 %rd1, v;\n\tld.const.u32 %r1, [w+4];"
+                                     "\n\tmov.u64 %rd2, _v;\n"),
+              "\n.extern .global .u32 _v;"
+              "\n.visible .global .align 4 .u32 v__static__a1 = 4;"
+              "\n.visible .const .align 4 .b8 w__static__a1[8];"
+              "\n\tmov.u64 %rd1, v__static__a1;\n\tld.const.u32 %r1, [w__static__a1+4];"
+              "\n\tmov.u64 %rd2, _v;\n");
+    for (const char* text : {"\n.extern .global .u32 v;\n", "\n.visible .u32 v__static__a = 1;\nv",
+                             "__static__", "\n.extern .v__static__", ""})
+        EXPECT_EQ(referToStaticVariables(text), text);
 }

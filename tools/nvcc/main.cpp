@@ -78,8 +78,8 @@ public:
 private:
     void step(const Words& command);
     void translate(const Words& options, const std::string& source, const std::string& output);
-    Words clang() const { return {nvrtc::compiler().path, "--cuda-path=/nonexistent"}; }
     Words preprocessor() const;
+    Words idOf(const std::string& source) const;
     std::string languageOf(const std::string& source) const;
     std::string outputFor(const std::string& source, const char* ending) const;
     void compilePtx(const std::string& source, int architecture, const std::string& output);
@@ -124,6 +124,23 @@ Words Steps::preprocessor() const {
     return words;
 }
 
+// Options that name a file's id. With relocatable device code, clang appends the id to the names of
+// kernels and variables that only one file knows: static ones, those of unnamed namespaces, kernels
+// for local lambdas. Both compilations of a file must have the same id, and two files of a program
+// different ones. clang's driver does not pass an id of its own to the host's compilation.
+Words Steps::idOf(const std::string& source) const {
+    const fs::path here = fs::current_path();
+    std::string text = (here / source).string() + '\n' + (here / line_.output).string();
+    for (const std::string& word : line_.common)
+        text += '\n' + word;
+    uint64_t hash = 0xcbf29ce484222325; // FNV-1a
+    for (const char c : text)
+        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
+    return {"-fuse-cuid=none", "-Xclang", std::string("-cuid=") + digits};
+}
+
 std::string Steps::languageOf(const std::string& source) const {
     if (!line_.language.empty())
         return line_.language == "cu" ? "cuda" : line_.language;
@@ -147,8 +164,8 @@ void Steps::compilePtx(const std::string& source, int architecture, const std::s
     translate(nvrtc::clangArguments(device), source, file);
     std::ifstream in(file, std::ios::binary);
     std::string ptx(std::istreambuf_iterator<char>(in), {});
-    if (!device.relocatable)
-        ptx = nvrtc::defineVariables(std::move(ptx));
+    ptx = device.relocatable ? nvrtc::referToStaticVariables(std::move(ptx))
+                             : nvrtc::defineVariables(std::move(ptx));
     std::ofstream out(output, std::ios::binary);
     out << ptx;
     if (!out.flush())
@@ -162,6 +179,8 @@ void Steps::translate(const Words& options, const std::string& source, const std
         command.insert(command.end(), words.begin(), words.end());
     };
     append(translation, options);
+    if (line_.device.relocatable)
+        append(translation, idOf(source));
     Words command = translation;
     append(command, preprocessor());
     Words whole = command;
@@ -203,7 +222,7 @@ std::string Steps::packPtx(const std::string& source) {
 }
 
 Words Steps::hostCommand(const std::string& source) const {
-    Words command = clang();
+    Words command = {nvrtc::compiler().path, "--cuda-path=/nonexistent"};
     const auto append = [&](const Words& words) {
         command.insert(command.end(), words.begin(), words.end());
     };
@@ -212,12 +231,15 @@ Words Steps::hostCommand(const std::string& source) const {
     if (language != "c")
         append({"-std=" + line_.device.standard});
     if (language == "cuda") {
-        append({"--cuda-host-only", "-nocudainc", "-nocudalib", "-Wno-c++11-narrowing", "-Xclang",
-                "-fcuda-allow-variadic-functions", "-Xclang", "-target-sdk-version=12.0",
+        append({"--cuda-host-only", "-nocudainc", "-nocudalib",
+                "-Wno-c++11-narrowing", "-Xclang", "-fcuda-allow-variadic-functions", "-Xclang",
+                "-target-sdk-version=12.0",
                 "--cuda-gpu-arch=sm_" + std::to_string(line_.architectures.front())});
         append(preprocessor());
-        if (line_.device.relocatable)
+        if (line_.device.relocatable) {
             append({"-fgpu-rdc"});
+            append(idOf(source));
+        }
         if (line_.perThread)
             append({"-Xclang", "-fgpu-default-stream=per-thread"});
     } else {

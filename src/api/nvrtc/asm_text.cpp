@@ -7,6 +7,7 @@
 #include <cctype>
 #include <fstream>
 #include <iterator>
+#include <set>
 
 namespace sunstone::nvrtc {
 
@@ -144,6 +145,62 @@ std::string defineVariables(std::string ptx) {
             if (end != std::string::npos && ptx.compare(end - 2, 2, "[]") != 0)
                 ptx.replace(at, declared.size(), defined);
         }
+    }
+    return ptx;
+}
+
+namespace {
+
+bool isOfName(char c) {
+    return isWord(c) || c == '$';
+}
+
+void replaceName(std::string& text, const std::string& name, const std::string& by) {
+    for (size_t at = 0; (at = text.find(name, at)) != std::string::npos;) {
+        const size_t end = at + name.size();
+        const bool isWhole =
+            (at == 0 || !isOfName(text[at - 1])) && (end == text.size() || !isOfName(text[end]));
+        if (isWhole)
+            text.replace(at, name.size(), by);
+        at += isWhole ? by.size() : name.size();
+    }
+}
+
+// Removes the line that declares an external variable; false if there is none.
+bool removeExternal(std::string& ptx, const std::string& name) {
+    for (size_t at = 0; (at = ptx.find("\n.extern .", at)) != std::string::npos; ++at) {
+        const size_t end = ptx.find(';', at);
+        if (end == std::string::npos)
+            return false;
+        size_t last = end; // of the name, before the sizes of an array
+        if (ptx[last - 1] == ']')
+            last = ptx.rfind('[', last);
+        const size_t first = last - std::min(last, name.size());
+        if (ptx.compare(first, name.size(), name) == 0 && !isOfName(ptx[first - 1])) {
+            ptx.erase(at, end + 1 - at);
+            return true;
+        }
+    }
+    return false;
+}
+
+} // namespace
+
+std::string referToStaticVariables(std::string ptx) {
+    constexpr std::string_view kMark = "__static__";
+    std::set<std::string> defined;
+    for (size_t at = 0; (at = ptx.find(kMark, at)) != std::string::npos; at += kMark.size()) {
+        size_t first = at, last = at + kMark.size();
+        while (first > 0 && isOfName(ptx[first - 1]))
+            --first;
+        while (last < ptx.size() && isOfName(ptx[last]))
+            ++last;
+        defined.insert(ptx.substr(first, last - first));
+    }
+    for (const std::string& name : defined) {
+        const std::string plain = name.substr(0, name.find(kMark));
+        if (removeExternal(ptx, plain))
+            replaceName(ptx, plain, name);
     }
     return ptx;
 }

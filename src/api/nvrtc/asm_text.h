@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two differences between nvcc's dialect and clang's, bridged on text.
+// Differences between nvcc's dialect and clang's, bridged on text.
 #pragma once
 
 #include <string>
@@ -21,5 +21,11 @@ void doublePercentsOfFile(const std::string& path);
 //     extern "C" __constant__ float table[4];
 // Arrays without a size stay declarations.
 std::string defineVariables(std::string ptx);
+
+// PTX of a file with relocatable device code. Host code may name a static variable below the first
+// kernel that uses it. clang then defines the variable with the file's id in its name, but the
+// kernel refers to an external variable of the plain name. Such references get the name of the
+// definition.
+std::string referToStaticVariables(std::string ptx);
 
 } // namespace sunstone::nvrtc

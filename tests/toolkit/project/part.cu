@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-__device__ int offsets[2] = {3, 4};
+static __device__ int offset = 3;
 __device__ int part(int value) {
-    return value + offsets[0] + offsets[1];
+    return value + offset;
 }
 extern "C" __global__ void partKernel(int* to) {
     *to = part(int(threadIdx.x));

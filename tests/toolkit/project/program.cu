@@ -9,16 +9,22 @@
 extern __device__ int part(int value);
 #else
 static __device__ int part(int value) {
-    return value + 7;
+    return value + 3;
 }
 #endif
+
+static __device__ int offset; // another one than that of part.cu
+
+namespace {
 
 template <class T>
 __global__ void add(T* sum, const T* a, const T* b, int count) {
     const int i = int(blockIdx.x * blockDim.x + threadIdx.x);
     if (i < count)
-        sum[i] = a[i] + b[i] + T(part(i));
+        sum[i] = a[i] + b[i] + T(part(i) + offset);
 }
+
+} // namespace
 
 int main() {
     constexpr int kCount = 1000;
@@ -28,6 +34,8 @@ int main() {
         cudaMalloc(&pointer, kCount * sizeof(float));
     cudaMemcpy(memory[1], a.data(), kCount * sizeof(float), cudaMemcpyHostToDevice);
     cudaMemcpy(memory[2], b.data(), kCount * sizeof(float), cudaMemcpyHostToDevice);
+    const int four = 4;
+    cudaMemcpyToSymbol(offset, &four, sizeof four);
     add<<<(kCount + 127) / 128, 128>>>(memory[0], memory[1], memory[2], kCount);
     const cudaError_t error = cudaDeviceSynchronize();
     cudaMemcpy(sum.data(), memory[0], kCount * sizeof(float), cudaMemcpyDeviceToHost);
