@@ -222,7 +222,7 @@ std::string Steps::packPtx(const std::string& source) {
 }
 
 Words Steps::hostCommand(const std::string& source) const {
-    Words command = {nvrtc::compiler().path, "--cuda-path=/nonexistent"};
+    Words command = {nvrtc::compiler().path};
     const auto append = [&](const Words& words) {
         command.insert(command.end(), words.begin(), words.end());
     };
@@ -231,7 +231,7 @@ Words Steps::hostCommand(const std::string& source) const {
     if (language != "c")
         append({"-std=" + line_.device.standard});
     if (language == "cuda") {
-        append({"--cuda-host-only", "-nocudainc", "-nocudalib",
+        append({"--cuda-path=/nonexistent", "--cuda-host-only", "-nocudainc", "-nocudalib",
                 "-Wno-c++11-narrowing", "-Xclang", "-fcuda-allow-variadic-functions", "-Xclang",
                 "-target-sdk-version=12.0",
                 "--cuda-gpu-arch=sm_" + std::to_string(line_.architectures.front())});
