@@ -109,6 +109,21 @@ std::vector<char> container(const std::string& text) {
 }
 
 // Work belongs to the context of its stream, whichever context is current.
+TEST_F(Launch, NamesStayInPlaceWhenAKernelIsCompiled) {
+    const std::string name = "a_name_that_a_string_keeps_in_memory_of_its_own";
+    const CUfunction function = load(
+        ".version 7.0\n.target sm_60\n.address_size 64\n.visible .entry " + name + "() { ret; }",
+        name.c_str());
+    const char *before = nullptr, *after = nullptr;
+    ASSERT_EQ(cuFuncGetName(&before, function), CUDA_SUCCESS);
+    ASSERT_EQ(cuLaunchKernel(function, 1, 1, 1, 1, 1, 1, 0, nullptr, nullptr, nullptr),
+              CUDA_SUCCESS);
+    ASSERT_EQ(cuCtxSynchronize(), CUDA_SUCCESS);
+    ASSERT_EQ(cuFuncGetName(&after, function), CUDA_SUCCESS);
+    EXPECT_EQ(before, after);
+    EXPECT_STREQ(after, name.c_str());
+}
+
 TEST_F(Launch, StreamsBringTheirContext) {
     constexpr char kTrap[] = ".version 7.0\n.target sm_60\n.address_size 64\n"
                              ".visible .entry fail() { trap; ret; }\n";

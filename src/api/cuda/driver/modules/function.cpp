@@ -122,7 +122,7 @@ SUNSTONE_EXPORT CUresult cuFuncGetModule(CUmodule* module, CUfunction function) 
 SUNSTONE_EXPORT CUresult cuFuncGetName(const char** name, CUfunction function) {
     return guarded("cuFuncGetName", Needs::kObject, [&] {
         require(name, "name is null");
-        *name = liveFunctionOf(function)->info->name.c_str();
+        *name = liveFunctionOf(function)->name.c_str();
     });
 }
 SUNSTONE_EXPORT CUresult cuFuncGetParamInfo(CUfunction function, size_t index, size_t* offset,

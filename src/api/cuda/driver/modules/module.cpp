@@ -148,8 +148,9 @@ void Module::open() {
         auto function = std::make_shared<Function>();
         function->module = weak_from_this();
         function->info = &code_->kernels()[i];
+        function->name = function->info->name;
         function->index = i;
-        functions_[function->info->name] = function;
+        functions_[function->name] = function;
         functionTable().add(function);
     }
 }

@@ -44,7 +44,8 @@ std::shared_ptr<const ptx::Module> parsePtx(const std::string& text, std::string
 
 struct Function : Handled {
     std::weak_ptr<Module> module; // launches own it, so that the code outlives queued work
-    const compiler::KernelInfo* info = nullptr; // complete after compilation
+    const compiler::KernelInfo* info = nullptr; // complete after compilation, which writes it anew
+    std::string name;                           // stays in place for callers of cuFuncGetName
     size_t index = 0;                           // in the module
     std::atomic<bool> compiled{false};
     std::atomic<unsigned> maxDynamicShared{0}; // 0: the rest of the block's share
