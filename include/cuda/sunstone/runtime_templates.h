@@ -55,6 +55,22 @@ SUNSTONE_HOST cudaError_t cudaStreamAttachMemAsync(cudaStream_t stream, T* addre
     return ::cudaStreamAttachMemAsync(stream, (void*)address, length, flags);
 }
 
+template <class T>
+SUNSTONE_HOST cudaError_t cudaLibraryGetGlobal(T** address, size_t* bytes, cudaLibrary_t library,
+                                               const char* name) {
+    return ::cudaLibraryGetGlobal((void**)address, bytes, library, name);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaLibraryGetManaged(T** address, size_t* bytes, cudaLibrary_t library,
+                                                const char* name) {
+    return ::cudaLibraryGetManaged((void**)address, bytes, library, name);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaLibraryGetUnifiedFunction(T** function, cudaLibrary_t library,
+                                                        const char* symbol) {
+    return ::cudaLibraryGetUnifiedFunction((void**)function, library, symbol);
+}
+
 // A symbol is a variable of the program marked __device__ or __constant__.
 template <class T>
 SUNSTONE_HOST cudaError_t cudaMemcpyToSymbol(const T& symbol, const void* src, size_t bytes,
@@ -173,6 +189,20 @@ SUNSTONE_HOST cudaError_t cudaGetFuncBySymbol(cudaFunction_t* function, const T*
     return ::cudaGetFuncBySymbol(function, (const void*)symbol);
 }
 template <class T>
+SUNSTONE_HOST cudaError_t cudaGetKernel(cudaKernel_t* handle, T* kernel) {
+    return ::cudaGetKernel(handle, (const void*)kernel);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaFuncGetName(const char** name, T* kernel) {
+    return ::cudaFuncGetName(name, (const void*)kernel);
+}
+template <class T>
+SUNSTONE_HOST cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(
+    int* blocks, T* kernel, int blockSize, size_t sharedBytes, unsigned int flags) {
+    return ::cudaOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(
+        blocks, (const void*)kernel, blockSize, sharedBytes, flags);
+}
+template <class T>
 SUNSTONE_HOST cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessor(int* blocks, T* kernel,
                                                                         int blockSize,
                                                                         size_t sharedBytes) {
@@ -271,6 +301,14 @@ SUNSTONE_HOST cudaError_t cudaOccupancyAvailableDynamicSMemPerBlock(size_t* byte
                                                                     int blocks, int blockSize) {
     return ::cudaOccupancyAvailableDynamicSMemPerBlock(bytes, (const void*)kernel, blocks,
                                                        blockSize);
+}
+
+// An object that the graphs own and delete.
+template <class T>
+SUNSTONE_HOST cudaError_t cudaUserObjectCreate(cudaUserObject_t* object, T* owned,
+                                               unsigned int references, unsigned int flags) {
+    return ::cudaUserObjectCreate(
+        object, owned, [](void* pointer) { delete static_cast<T*>(pointer); }, references, flags);
 }
 
 // The form of CUDA 11, with a node and a text that describe errors.

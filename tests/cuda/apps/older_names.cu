@@ -33,6 +33,57 @@ __global__ void __launch_bounds__(64) reversed(const int* in, int* out) {
     out[t] = words[63 - t];
 }
 
+template <class T>
+__global__ void fill(T* out, T value) {
+    out[threadIdx.x] = value;
+}
+
+struct Counted {
+    int& deleted;
+    ~Counted() { ++deleted; }
+};
+
+// Functions that take the kernel, the variable's pointer or the object itself.
+void typedArguments() {
+    cudaKernel_t kernel;
+    const char* name = nullptr;
+    int blocks = 0, deleted = 0, *out;
+    CHECK(cudaGetKernel(&kernel, fill<int>));
+    CHECK(cudaFuncGetName(&name, fill<int>));
+    CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(&blocks, fill<int>, 64, 0,
+                                                                 cudaOccupancyDefault));
+    CHECK(cudaMallocManaged(&out, sizeof(int)));
+    cudaLaunchAttribute attributes[2] = {};
+    attributes[0].id = cudaLaunchAttributeMemSyncDomain;
+    attributes[0].val.memSyncDomain = cudaLaunchMemSyncDomainDefault;
+    attributes[1].id = cudaLaunchAttributeMemSyncDomainMap;
+    attributes[1].val.memSyncDomainMap.default_ = 0;
+    attributes[1].val.memSyncDomainMap.remote = 1;
+    cudaLaunchConfig_t config = {};
+    config.gridDim = config.blockDim = 1;
+    config.attrs = attributes;
+    config.numAttrs = 2;
+    CHECK(cudaLaunchKernelEx(&config, fill<int>, out, 7));
+    CHECK(cudaDeviceSynchronize());
+
+    cudaUserObject_t object;
+    CHECK(cudaUserObjectCreate(&object, new Counted{deleted}, 1, cudaUserObjectNoDestructorSync));
+    CHECK(cudaUserObjectRelease(object, 1));
+    CHECK(cudaDeviceSynchronize());
+    while (*static_cast<volatile int*>(&deleted) == 0) // another thread may delete the object
+        continue;
+    std::printf("%s, %d, filled with %d, deleted %d\n", name, blocks > 0, *out, deleted);
+
+    cudaLibrary_t library;
+    int* variable;
+    const char* ptx = ".version 6.0\n.target sm_70\n.address_size 64\n.visible .global .u32 v;\n";
+    size_t bytes = 0;
+    CHECK(cudaLibraryLoadData(&library, ptx, nullptr, nullptr, 0, nullptr, nullptr, 0));
+    CHECK(cudaLibraryGetGlobal(&variable, &bytes, library, "v"));
+    std::printf("%zu bytes\n", bytes);
+    CHECK(cudaLibraryUnload(library));
+}
+
 int main() {
     unsigned* sum;
     int *in, *out;
@@ -64,5 +115,6 @@ int main() {
     CHECK(cudaGraphCreate(&graph, 0));
     CHECK(cudaGraphInstantiate(&exec, graph, nullptr, nullptr, 0));
     std::printf("%s\n", cudaGetErrorName(cudaErrorSyncDepthExceeded));
+    typedArguments();
     return 0;
 }
