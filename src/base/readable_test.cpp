@@ -6,6 +6,7 @@
 #include <sys/mman.h>
 
 #include <cstdint>
+#include <vector>
 
 namespace sunstone {
 namespace {
@@ -56,12 +57,42 @@ TEST(Readable, EachPageOfARangeIsChecked) {
 
 // Pages whose numbers differ by a multiple of the table's size share a slot.
 TEST(Readable, ManyPages) {
-    const Pages pages(9000);
+    constexpr size_t kCount = 70000;
+    const Pages pages(kCount);
     pages.forbid(4500);
     beginReadableEpoch();
     for (int time = 0; time < 2; ++time)
-        for (size_t i = 0; i < 9000; ++i)
+        for (size_t i = 0; i < kCount; ++i)
             EXPECT_EQ(isReadableNearby(pages.page(i) + 8, 16), i != 4500) << i;
+}
+
+TEST(Readable, PagesOfManyAddressesAreRemembered) {
+    constexpr size_t kCount = 1000; // several system calls
+    const Pages pages(kCount);
+    for (size_t i = 0; i < kCount; i += 7)
+        pages.forbid(i);
+    std::vector<uint64_t> addresses = {0, 8, ~uint64_t(0), uint64_t(1) << 47};
+    for (size_t i = 0; i < kCount; ++i)
+        addresses.push_back(uintptr_t(pages.page(i)) + 8 * (i % 500));
+    beginReadableEpoch();
+    rememberReadable(addresses.data(), addresses.size());
+    rememberReadable(addresses.data(), 0);
+    for (size_t i = 0; i < kCount; ++i)
+        pages.forbid(i);
+    for (size_t i = 0; i < kCount; ++i)
+        EXPECT_EQ(isReadableNearby(pages.page(i), 64), i % 7 != 0) << i;
+    beginReadableEpoch();
+    EXPECT_FALSE(isReadableNearby(pages.page(1), 64));
+}
+
+// An address whose upper bits are no part of a page's number is none, although its page is known.
+TEST(Readable, UpperBitsCount) {
+    const Pages pages(1);
+    beginReadableEpoch();
+    EXPECT_TRUE(isReadableNearby(pages.page(0), 8));
+    for (int bit = 47; bit < 64; ++bit)
+        EXPECT_FALSE(isReadableNearby(
+            reinterpret_cast<const void*>(uintptr_t(pages.page(0)) | uintptr_t(1) << bit), 8));
 }
 
 TEST(Readable, AddressesThatAreNone) {

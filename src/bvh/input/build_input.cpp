@@ -4,6 +4,7 @@
 #include "base/readable.h"
 #include "bvh/motion/motion_bounds.h"
 #include "bvh/motion/transforms.h"
+#include "bvh/parallel.h"
 #include "math/affine.h"
 
 #include <algorithm>
@@ -189,6 +190,20 @@ InstanceDesc givenInstance(const InstanceInput& input, uint32_t i) {
 }
 
 } // namespace
+
+void lookAtChildren(const InstanceInput& input) {
+    constexpr size_t kBlock = 1024;
+    auto body = [&](size_t begin, size_t end, size_t) {
+        if (!input.instances)
+            rememberReadable(input.instancePointers + begin, end - begin);
+        uint64_t children[kBlock];
+        for (size_t i = begin; i < end; ++i)
+            children[i - begin] =
+                givenInstance(input, uint32_t(i)).traversableHandle & ~devlib::kTagMask;
+        rememberReadable(children, end - begin);
+    };
+    parallelBlocks(input.numInstances, kBlock, body);
+}
 
 InstanceDesc instanceAt(const InstanceInput& input, uint32_t i) {
     InstanceDesc instance = givenInstance(input, i);

@@ -168,6 +168,10 @@ inline float boxPadding(float size) {
     return size * 0x1p-21f;
 }
 
+// Remembers which children can be read, with fewer system calls than instances. Call it before the
+// first instanceAt().
+void lookAtChildren(const InstanceInput& input);
+
 // The description of the i-th instance of the input.
 InstanceDesc instanceAt(const InstanceInput& input, uint32_t i);
 

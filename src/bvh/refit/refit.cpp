@@ -185,6 +185,8 @@ Sources::Sources(const BuildInputs& inputs) : instances(inputs.instances) {
         customs.emplace_back(input);
         addSbt(input.sbt);
     }
+    if (instances)
+        lookAtChildren(*instances);
 }
 
 void refit(uint8_t* block, const Sources& sources) {
