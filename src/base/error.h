@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -52,10 +53,12 @@ private:
     Code code_;
 };
 
-// Builds a message from its parts: message("size ", size, " is not a multiple of ", 16).
+// Builds a message from its parts: message("size ", size, " is not a multiple of ", 16). The
+// process's locale has no effect on numbers.
 template <class... Parts>
 std::string message(const Parts&... parts) {
     std::ostringstream stream;
+    stream.imbue(std::locale::classic());
     (stream << ... << parts);
     return stream.str();
 }

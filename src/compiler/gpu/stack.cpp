@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <locale>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -169,9 +170,11 @@ GpuCalls::GpuCalls(const llvm::Module& module, std::string_view ptx) {
     }
 }
 
-// Name, estimate, whether it traces, callees.
+// Name, estimate, whether it traces, callees. Processes with other locales read the text from the
+// disk cache.
 std::string GpuCalls::text() const {
     std::ostringstream text;
+    text.imbue(std::locale::classic());
     for (const Function& function : functions_) {
         text << function.name << ' ' << function.estimate << ' ' << function.traces;
         for (const uint32_t callee : function.callees)
@@ -186,6 +189,7 @@ GpuCalls GpuCalls::fromText(std::string_view text) {
     std::istringstream lines{std::string(text)};
     for (std::string line; std::getline(lines, line);) {
         std::istringstream words(line);
+        words.imbue(std::locale::classic());
         Function function;
         if (!(words >> function.name >> function.estimate >> function.traces))
             return {};

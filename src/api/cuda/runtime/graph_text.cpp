@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <fstream>
+#include <locale>
 #include <map>
 #include <sstream>
 #include <string>
@@ -88,6 +89,7 @@ SUNSTONE_CUDART cudaError_t cudaGraphDebugDotPrint(cudaGraph_t graph, const char
         if (!path)
             return cudaErrorInvalidValue;
         std::ostringstream text;
+        text.imbue(std::locale::classic());
         text << "digraph graph_ {\n";
         if (const cudaError_t error = describe(d, graph, "node", flags, text))
             return error;
