@@ -130,6 +130,9 @@ constexpr uint32_t kShortPatience = 128;
 constexpr uint32_t kLongPatience = 0x0FFFFFFD; // kernels may take a multiple
 constexpr uint32_t kTilePatience = 0x0FFFFFFE;
 constexpr uint32_t kDepthPatience = 0x0FFFFFFF;
+// Added to a patience: the warps of a block wait for each other before they run programs. Programs
+// that exceed the instruction cache are then loaded for all of them together.
+constexpr uint32_t kWithBlock = 1u << 31;
 
 struct LaunchBlock {
     LaunchState launch;
@@ -157,6 +160,8 @@ constexpr uint32_t kGpuFactOfLaunch = 1u << 31;
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have
 // their indices in a row.
 constexpr unsigned kGpuBlockThreads = 64;
+// The same where the warps of a block may wait for each other (kWithBlock).
+constexpr unsigned kGpuWaitBlockThreads = 128;
 // The same where the warps of a block walk in step (devlib/gpu/nested.h).
 constexpr unsigned kGpuStepBlockThreads = 256;
 constexpr unsigned kGpuTileWidth = 8, kGpuTileHeight = 4;

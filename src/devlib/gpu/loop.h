@@ -43,7 +43,7 @@ SUNSTONE_INLINE uint32_t patienceIndex() {
     return uint32_t(__nvvm_read_ptx_sreg_ctaid_x()) % kPatienceWays;
 }
 SUNSTONE_INLINE uint32_t patienceOf(const LaunchBlock& block) {
-    return block.work.patience[patienceIndex()];
+    return block.work.patience[patienceIndex()] & ~kWithBlock;
 }
 
 // State of a lane.

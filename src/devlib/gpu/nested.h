@@ -61,6 +61,12 @@ SUNSTONE_INLINE uint32_t deepestLanes(bool busy, uint32_t depth) {
     return lanes;
 }
 
+// Before programs run. Warps that have ended do not count.
+SUNSTONE_INLINE void waitForBlock(const LaunchBlock& block) {
+    if (block.work.patience[patienceIndex()] & kWithBlock)
+        countInBlock(false);
+}
+
 // Runs the programs at the end of the ray at `depth`, and those that waited for it. True: the state
 // at the new `depth` requests a ray. False: the launch index has ended.
 template <class Programs>
@@ -137,6 +143,7 @@ SUNSTONE_DEVICE_PART void runNested(LaunchBlock& block, const Waiting& waiting) 
             walkTogether<true>(more, lane, tracer, ray, walker, stack, levels, patience);
         else
             walkTogether<false>(more, lane, tracer, ray, walker, stack, levels, patience);
+        waitForBlock(block);
         bool goes = lane == Lane::kEnded;
         if (patienceOf(block) == kDepthPatience) { // all lanes with a ray have ended it
             const uint32_t deepest = deepestLanes(goes, depth);

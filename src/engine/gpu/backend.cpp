@@ -129,7 +129,7 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.report = devlib::emptyReport();
     block.stackBytes = uint32_t(code.stackBytes);
     const bool captured = isCapturing(driver(), stream);
-    code.findings->patience.choose(block.work, !captured);
+    code.findings->patience.choose(block.work, !captured, code.waitsForBlocks);
     const bool looksUp = debugging || !captured; // see devlib/gpu/programs.h
     // The flags limit the depth of graphs with one level of instances.
     const bool hasOneLevel =

@@ -354,7 +354,7 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     if (findings) {
         if (slot.report->usual != 0)
             findings->usualHandle = slot.report->usual;
-        findings->patience.learn(slot.report->paces);
+        findings->patience.learn(slot.report->paces, slot.host->work);
     }
     const std::string where = message("launch ", slot.number, ": ");
     const devlib::LaunchReport& report = *slot.report;

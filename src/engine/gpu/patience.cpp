@@ -8,47 +8,73 @@ namespace sunstone::engine {
 
 namespace {
 
-// Rays with one patience that suffice for a decision.
-constexpr uint64_t kEnoughRays = 1 << 18;
+using devlib::WarpPace;
+
+constexpr uint32_t kWays[] = {devlib::kShortPatience, devlib::kLongPatience, devlib::kTilePatience,
+                              devlib::kDepthPatience};
+static_assert(std::size(kWays) == devlib::kPatienceWays);
+
 // After so many launches all settings are tried again, because scenes and cameras change.
 constexpr unsigned kLaunchesOfAChoice = 64;
 
-bool isSlower(const devlib::WarpPace& a, const devlib::WarpPace& b) {
+bool isSlower(const WarpPace& a, const WarpPace& b) {
     return double(a.rays) * double(b.time) < double(b.rays) * double(a.time);
+}
+
+// Whether there are enough rays for a decision.
+bool isEnough(const WarpPace& pace) {
+    constexpr uint64_t kEnoughRays = 1 << 18;
+    return pace.rays >= kEnoughRays && pace.time != 0;
+}
+
+void add(WarpPace& sum, const WarpPace& pace) {
+    sum.rays += pace.rays;
+    sum.time += pace.time;
 }
 
 } // namespace
 
 bool WarpPatience::isMeasured() const {
-    return std::ranges::all_of(sums_, [](const devlib::WarpPace& each) {
-        return each.rays >= kEnoughRays && each.time != 0;
-    });
+    return std::ranges::all_of(sums_, isEnough);
 }
 
-void WarpPatience::choose(devlib::LaunchWork& work, bool mayTry) {
-    constexpr uint32_t kWays[] = {devlib::kShortPatience, devlib::kLongPatience,
-                                  devlib::kTilePatience, devlib::kDepthPatience};
-    static_assert(std::size(kWays) == devlib::kPatienceWays);
-    std::lock_guard lock(mutex_);
-    if (isMeasured() && ++launches_ >= kLaunchesOfAChoice) {
-        launches_ = 0;
-        std::ranges::fill(sums_, devlib::WarpPace{});
-    }
-    const bool tries = mayTry && !isMeasured();
-    const auto best = isMeasured() ? std::ranges::max_element(sums_, isSlower) - sums_ : 0;
-    for (size_t i = 0; i < std::size(kWays); ++i)
-        work.patience[i] = kWays[tries ? i : size_t(best)];
-    work.isMeasured = tries;
+void WarpPatience::renew() {
+    launches_ = 0;
+    std::ranges::fill(sums_, WarpPace{});
+    alone_ = withBlock_ = {};
 }
 
-void WarpPatience::learn(const devlib::WarpPace (&paces)[devlib::kPatienceWays]) {
+void WarpPatience::choose(devlib::LaunchWork& work, bool mayTry, bool withBlocks) {
     std::lock_guard lock(mutex_);
-    if (isMeasured()) // a launch that was queued before the choice
+    if (isMeasured() && ++launches_ >= kLaunchesOfAChoice)
+        renew();
+    const bool knows = isMeasured();
+    work.isMeasured = mayTry && !knows;
+    if (work.isMeasured) {
+        std::ranges::copy(kWays, work.patience);
         return;
-    for (unsigned i = 0; i < devlib::kPatienceWays; ++i) {
-        sums_[i].rays += paces[i].rays;
-        sums_[i].time += paces[i].time;
     }
+    uint32_t best = kWays[knows ? std::ranges::max_element(sums_, isSlower) - sums_ : 0];
+    if (withBlocks && best == devlib::kDepthPatience) {
+        const bool compares = !isEnough(alone_) || !isEnough(withBlock_);
+        work.isMeasured = mayTry && compares;
+        if (compares ? mayTry && isEnough(alone_) : isSlower(alone_, withBlock_))
+            best |= devlib::kWithBlock;
+    }
+    std::ranges::fill(work.patience, best);
+}
+
+void WarpPatience::learn(const WarpPace (&paces)[devlib::kPatienceWays],
+                         const devlib::LaunchWork& work) {
+    if (!work.isMeasured)
+        return;
+    std::lock_guard lock(mutex_);
+    const bool triesAll = work.patience[0] != work.patience[1];
+    if (triesAll && isMeasured()) // a launch that was queued before the choice
+        return;
+    WarpPace& whole = work.patience[0] & devlib::kWithBlock ? withBlock_ : alone_;
+    for (unsigned i = 0; i < devlib::kPatienceWays; ++i)
+        add(triesAll ? sums_[i] : whole, paces[i]);
 }
 
 } // namespace sunstone::engine

@@ -440,8 +440,11 @@ std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, GpuCod
     loaded->feedback = code.feedback;
     loaded->later = entry.later;
     loaded->firstGroup = plan.firstGroup;
-    loaded->blockThreads =
-        code.walksInStep ? devlib::kGpuStepBlockThreads : devlib::kGpuBlockThreads;
+    // Warps that wait for lane memory would wait for warps that wait for them.
+    loaded->waitsForBlocks = code.recurses && !code.walksInStep && code.laneMemoryBytes == 0;
+    loaded->blockThreads = code.walksInStep         ? devlib::kGpuStepBlockThreads
+                           : loaded->waitsForBlocks ? devlib::kGpuWaitBlockThreads
+                                                    : devlib::kGpuBlockThreads;
     if (code.laneMemoryBytes != 0)
         obtainLaneMemory(*loaded, code);
     makeRoom(*loaded, plan, code.stack);
