@@ -67,6 +67,16 @@ bool mayRecurse(const PipelineParts& parts) {
     return false;
 }
 
+// Whether any program traces rays.
+bool tracesRays(const PipelineParts& parts) {
+    return std::ranges::any_of(parts.groups, [](const auto& group) {
+        return std::ranges::any_of(group->programs, [](const ProgramRef& program) {
+            const auto* found = program ? program.module->findProgram(program.function) : nullptr;
+            return found && found->traces;
+        });
+    });
+}
+
 // Whether the stack may overflow: it has room for traces of full depth and for all frames of
 // programs, but not for functions that call themselves. `traceDepth`: 0 is unknown.
 bool mayOverflow(const PipelineParts& parts, unsigned traceDepth) {
@@ -463,9 +473,10 @@ compiler::GpuPipelineRequest GpuBackend::CodePlan::requestFor(GpuCodeKind kind) 
 std::shared_ptr<const GpuLaterCode> GpuBackend::prepareNarrow(const CodePlan& plan,
                                                               GpuCodeKind kind, bool compiles) {
     const compiler::GpuPipelineRequest request = plan.requestFor(kind);
+    const std::string key = compiler::keyOf(request);
     const auto kept = std::make_shared<GpuLaterCode>();
-    if (plan.cache &&
-        compiler::findGpuPipeline(compiler::keyOf(request), *plan.cache, kept->code)) {
+    if (plan.cache && plan.cache->has(key) && // a search logs what it does not find
+        compiler::findGpuPipeline(key, *plan.cache, kept->code)) {
         kept->isReady = true;
         return kept;
     }
@@ -513,7 +524,7 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     const GpuPipelineCode::Make make = [this, plan](GpuCodeKind kind, const GpuLaterCode* later) {
         return makeCode(plan, kind, later);
     };
-    const bool narrows = !isClassic && limits.maxTraceDepth != 0 &&
+    const bool narrows = !isClassic && tracesRays(parts) &&
                          !(flags & (devlib::kFlagDebug | devlib::kFlagStackOverflow));
     GpuNarrowCodes::Prepare prepare;
     if (narrows)
