@@ -160,7 +160,7 @@ constexpr uint32_t kGpuFactOfLaunch = 1u << 31;
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have
 // their indices in a row.
 constexpr unsigned kGpuBlockThreads = 64;
-// The same where the warps of a block may wait for each other (kWithBlock).
+// The same where the warps of a block wait for each other (kWithBlock).
 constexpr unsigned kGpuWaitBlockThreads = 128;
 // The same where the warps of a block walk in step (devlib/gpu/nested.h).
 constexpr unsigned kGpuStepBlockThreads = 256;

@@ -121,15 +121,18 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.numAttributes = pipeline.rules.optix7.numAttributeValues;
     block.launch.firstGroup = code.firstGroup;
     const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
-    const uint64_t tilesOfBlock = code.blockThreads / devlib::kGpuTile;
-    const uint64_t blocks =
-        std::min<uint64_t>((tiles + tilesOfBlock - 1) / tilesOfBlock, code.mostBlocks);
     block.work.count = tiles * devlib::kGpuTile;
     block.work.laneMemory = code.laneMemory;
     block.report = devlib::emptyReport();
     block.stackBytes = uint32_t(code.stackBytes);
     const bool captured = isCapturing(driver(), stream);
     code.findings->patience.choose(block.work, !captured, code.waitsForBlocks);
+    const unsigned threads = block.work.patience[0] & devlib::kWithBlock
+                                 ? devlib::kGpuWaitBlockThreads
+                                 : code.blockThreads;
+    const uint64_t tilesOfBlock = threads / devlib::kGpuTile;
+    const uint64_t blocks =
+        std::min<uint64_t>((tiles + tilesOfBlock - 1) / tilesOfBlock, code.mostBlocks);
     const bool looksUp = debugging || !captured; // see devlib/gpu/programs.h
     // The flags limit the depth of graphs with one level of instances.
     const bool hasOneLevel =
@@ -145,8 +148,8 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
 
     void* arguments[] = {&slot->memory, &block.constants.usual, &block.constants.known,
                          &block.constants.maxGraphDepth};
-    SUNSTONE_CU(launchKernel, code.kernel, unsigned(blocks), 1, 1, code.blockThreads, 1, 1, 0,
-                stream, arguments, nullptr);
+    SUNSTONE_CU(launchKernel, code.kernel, unsigned(blocks), 1, 1, threads, 1, 1, 0, stream,
+                arguments, nullptr);
     SUNSTONE_CU(memcpyDtoHAsync, slot->report, slot->memory + offsetof(LaunchBlock, report),
                 sizeof(block.report), stream);
     if (!request.validation && !request.waits)

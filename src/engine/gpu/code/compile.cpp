@@ -452,9 +452,8 @@ std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, GpuCod
     loaded->firstGroup = plan.firstGroup;
     // Warps that wait for lane memory would wait for warps that wait for them.
     loaded->waitsForBlocks = code.recurses && !code.walksInStep && code.laneMemoryBytes == 0;
-    loaded->blockThreads = code.walksInStep         ? devlib::kGpuStepBlockThreads
-                           : loaded->waitsForBlocks ? devlib::kGpuWaitBlockThreads
-                                                    : devlib::kGpuBlockThreads;
+    loaded->blockThreads =
+        code.walksInStep ? devlib::kGpuStepBlockThreads : devlib::kGpuBlockThreads;
     if (code.laneMemoryBytes != 0)
         obtainLaneMemory(*loaded, code);
     makeRoom(*loaded, plan, code.stack);
