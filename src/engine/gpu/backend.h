@@ -91,7 +91,7 @@ private:
                                const compiler::GpuPipelineRequest& request);
     bool addMachineCode(compiler::GpuCode& code, const compiler::GpuPipelineRequest& request);
     std::shared_ptr<const GpuLaterCode> compileLater(const compiler::GpuPipelineRequest& request,
-                                                     compiler::ObjectStore* store);
+                                                     compiler::ObjectStore* store, bool isNarrow);
     void makeReadyKernelLater(const compiler::GpuPipelineRequest& request,
                               compiler::ObjectStore* store);
     LoadedGpuCodes::Entry loadMachineCode(compiler::GpuCode code);

@@ -204,13 +204,15 @@ bool GpuBackend::addMachineCode(compiler::GpuCode& code,
 
 std::shared_ptr<const GpuLaterCode>
 GpuBackend::compileLater(const compiler::GpuPipelineRequest& request,
-                         compiler::ObjectStore* store) {
+                         compiler::ObjectStore* store, bool isNarrow) {
     const auto later = std::make_shared<GpuLaterCode>();
     GpuCodeQueue& queue = gpuProcess().codeQueue;
-    queue.add(this, [this, &queue, later, request, store] {
+    queue.add(this, [this, &queue, later, request, store, isNarrow] {
         try {
             later->code = compiler::compileGpuPipeline(request);
-            if (queue.isUnwanted(this)) // the process may end: machine code takes most of the time
+            // A later process finds the whole pipeline in the cache. Narrow code is not worth a wait
+            // at the end of the process; machine code takes most of the time.
+            if (isNarrow && queue.isUnwanted(this))
                 return;
             addMachineCodeOfWhole(later->code, request);
             if (store)
@@ -291,7 +293,7 @@ LoadedGpuCodes::Entry GpuBackend::obtainReadyCode(const compiler::GpuPipelineReq
         return {}; // the driver refuses the code
     }
     if (setting != "ready")
-        entry.later = compileLater(request, store);
+        entry.later = compileLater(request, store, false);
     if (store) {
         entry.key = key;
         loaded_.add(entry);
@@ -479,7 +481,7 @@ std::shared_ptr<const GpuLaterCode> GpuBackend::prepareNarrow(const CodePlan& pl
         kept->isReady = true;
         return kept;
     }
-    return compiles ? compileLater(request, plan.cache) : nullptr;
+    return compiles ? compileLater(request, plan.cache, true) : nullptr;
 }
 
 void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
