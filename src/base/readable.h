@@ -10,8 +10,8 @@ namespace sunstone {
 // Whether [address, address + size) is mapped and readable. Never faults; costs a system call.
 bool isReadable(const void* address, size_t size);
 
-// Starts a new epoch, which invalidates what is remembered, because memory may have
-// been unmapped since. Call it at the start of each piece of work (a build, a launch).
+// Starts a new epoch, in which no page is remembered, because memory may have been unmapped since
+// the last one. Call it at the start of each piece of work (a build, a launch).
 void beginReadableEpoch();
 uint64_t readableEpoch();
 

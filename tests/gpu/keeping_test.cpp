@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cached machine code, with the CPU device acting as a GPU: when code is compiled and loaded again,
 // and which code must not be shared. Calls of the driver are counted.
+#include "counted_driver.h"
+
 #include "api/device_memory.h"
 #include "api/rig.h"
 #include "api/scene.h"
@@ -26,40 +28,6 @@ using sunstone::device::cuda::Driver;
 using sunstone::device::cuda::driverForTests;
 using sunstone::engine::GpuKernelCode;
 
-// The driver is chosen before its first use.
-[[maybe_unused]] const bool isGpu = [] {
-    setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
-    setenv("SUNSTONE_TEST_GPU", "1", 1);
-    return true;
-}();
-
-std::atomic<unsigned> loads, unloads, refusals, lacks;
-
-void countCalls() {
-    static const bool isDone = [] {
-        static Driver original = driverForTests();
-        Driver& driver = driverForTests();
-        driver.moduleLoadDataEx = [](CUmodule* module, const void* image, unsigned count,
-                                     CUjit_option* options, void** values) {
-            if (refusals > 0 && refusals-- > 0)
-                return CUDA_ERROR_NO_BINARY_FOR_GPU;
-            ++loads;
-            return original.moduleLoadDataEx(module, image, count, options, values);
-        };
-        driver.moduleGetFunction = [](CUfunction* function, CUmodule module, const char* name) {
-            if (lacks > 0 && lacks-- > 0)
-                return CUDA_ERROR_NOT_FOUND;
-            return original.moduleGetFunction(function, module, name);
-        };
-        driver.moduleUnload = [](CUmodule module) {
-            ++unloads;
-            return original.moduleUnload(module);
-        };
-        return true;
-    }();
-    (void)isDone;
-}
-
 // Stores `number` at the address in the launch parameters.
 std::string stores(unsigned number) {
     return ptxModule(".const .align 8 .b8 params[8];\n.visible .entry __raygen__a() {\n"
@@ -74,26 +42,8 @@ const char* const kCounts = ".const .align 8 .b8 params[8];\n.global .align 4 .u
                             "ld.global.u32 %r1, [counter];\nadd.u32 %r1, %r1, 1;\n"
                             "st.global.u32 [counter], %r1;\nst.global.u32 [%rd1], %r1;\nret;\n}\n";
 
-class GpuKeeping : public ApiTest {
+class GpuKeeping : public CachedGpuTest {
 protected:
-    void SetUp() override {
-        std::string name = testing::TempDir() + "sunstone_keeping_XXXXXX";
-        ASSERT_NE(nullptr, mkdtemp(name.data()));
-        folder_ = name;
-        unsetenv("OPTIX_CACHE_MAXSIZE");
-        setenv("OPTIX_CACHE_PATH", folder_.c_str(), 1);
-        setenv("SUNSTONE_GPU_CODE", "whole", 1); // else another thread uses the cache, too
-        ApiTest::SetUp();
-        countCalls();
-        loads = unloads = refusals = lacks = 0;
-    }
-    void TearDown() override {
-        ApiTest::TearDown();
-        unsetenv("SUNSTONE_GPU_CODE");
-        unsetenv("OPTIX_CACHE_PATH");
-        setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
-        fs::remove_all(folder_);
-    }
     OptixDeviceContext newContext() {
         OptixDeviceContextOptions options{};
         options.logCallbackFunction = LogRecord::callback;
@@ -124,7 +74,6 @@ protected:
             found += line.tag == "DISKCACHE" && line.text.starts_with("miss for");
         return found;
     }
-    std::string folder_;
 };
 
 TEST_F(GpuKeeping, EqualPipelinesShareTheirCode) {
@@ -337,6 +286,24 @@ TEST_F(GpuReadyCode, TheThirdLaunchWaitsForTheWhole) {
     for (unsigned i = 0; i < 3; ++i)
         EXPECT_EQ(7u, run(*rig, kLargeLaunch));
     EXPECT_EQ(2u, loads);
+}
+
+// The end of a process waits for the compilation. A compilation that has not begun is not kept, so
+// the test repeats.
+TEST_F(GpuReadyCode, ShortProcessesKeepTheWhole) {
+    constexpr unsigned kMost = 20;
+    bool isKept = false;
+    for (unsigned value = 100; value < 100 + kMost && !isKept; ++value) {
+        EXPECT_EQ(value, run(*make(context_, stores(value))));
+        ApiTest::TearDown();
+        ApiTest::SetUp();
+        loads = 0;
+        auto rig = make(context_, stores(value));
+        for (unsigned i = 0; i < 3; ++i)
+            EXPECT_EQ(value, run(*rig, kLargeLaunch));
+        isKept = loads == 1; // else ready code, then the whole
+    }
+    EXPECT_TRUE(isKept);
 }
 
 // A load waits for kernels that run, which may wait for the thread that launches.

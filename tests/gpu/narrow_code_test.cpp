@@ -1,44 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Code for the traversables of the process alone, with the CPU device acting as a GPU: which
 // launches get it, and that they trace right. Loads of the driver are counted.
+#include "counted_driver.h"
+
 #include "api/device_memory.h"
 #include "api/rig.h"
 #include "api/scene.h"
 
-#include "device/cuda/driver.h"
-
-#include <atomic>
 #include <cstdlib>
 #include <dlfcn.h>
-#include <filesystem>
 
 namespace tests::api {
 namespace {
-
-using sunstone::device::cuda::Driver;
-using sunstone::device::cuda::driverForTests;
-
-// The driver is chosen before its first use.
-[[maybe_unused]] const bool isGpu = [] {
-    setenv("SUNSTONE_GPU_BACK_END", "cpu-device", 1);
-    setenv("SUNSTONE_TEST_GPU", "1", 1);
-    return true;
-}();
-
-std::atomic<unsigned> loads;
-
-void countLoads() {
-    static const bool isDone = [] {
-        static Driver original = driverForTests();
-        driverForTests().moduleLoadDataEx = [](CUmodule* module, const void* image, unsigned count,
-                                               CUjit_option* options, void** values) {
-            ++loads;
-            return original.moduleLoadDataEx(module, image, count, options, values);
-        };
-        return true;
-    }();
-    (void)isDone;
-}
 
 // A function of the driver, which the application need not link.
 template <auto& kFunction>
@@ -61,28 +34,17 @@ struct RecursionParams {
 };
 
 // Each test runs in a process of its own: the traversables of a process only become more.
-class GpuNarrowCode : public ApiTest {
+class GpuNarrowCode : public CachedGpuTest {
 protected:
     void SetUp() override {
-        std::string name = testing::TempDir() + "sunstone_narrow_XXXXXX";
-        ASSERT_NE(nullptr, mkdtemp(name.data()));
-        folder_ = name;
-        unsetenv("OPTIX_CACHE_MAXSIZE");
-        setenv("OPTIX_CACHE_PATH", folder_.c_str(), 1);
+        CachedGpuTest::SetUp();
         setenv("SUNSTONE_GPU_CODE", "narrow", 1);
-        ApiTest::SetUp();
         if (!dlopen("libnvidia-ptxjitcompiler.so.1", RTLD_NOW))
             GTEST_SKIP() << "no compiler beside the driver";
-        countLoads();
-        loads = 0;
     }
     void TearDown() override {
         rig_.reset();
-        ApiTest::TearDown();
-        unsetenv("SUNSTONE_GPU_CODE");
-        unsetenv("OPTIX_CACHE_PATH");
-        setenv("OPTIX_CACHE_MAXSIZE", "0", 1);
-        std::filesystem::remove_all(folder_);
+        CachedGpuTest::TearDown();
     }
     void makePipeline(unsigned graphFlags, bool motion) {
         OptixPipelineCompileOptions options = compileOptions(3);
@@ -117,7 +79,6 @@ protected:
         EXPECT_TRUE(value == 1 || value == 7) << value; // hit, miss
         return value == 1;
     }
-    std::string folder_;
     std::unique_ptr<Rig> rig_;
     std::vector<std::unique_ptr<TriangleMesh>> meshes_;
 };

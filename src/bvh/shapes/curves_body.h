@@ -67,7 +67,9 @@ struct CurveLanes {
     SUNSTONE_INLINE_MEMBER V first(int c, V u) const {
         return fused(fused(3 * a[3][c], u, 2 * a[2][c]), u, a[1][c]);
     }
-    SUNSTONE_INLINE_MEMBER V second(int c, V u) const { return fused(6 * a[3][c], u, 2 * a[2][c]); }
+    SUNSTONE_INLINE_MEMBER V second(int c, V u) const {
+        return fused(6 * a[3][c], u, 2 * a[2][c]);
+    }
     SUNSTONE_INLINE_MEMBER V4 value(float u) const {
         return ((power[3] * u + power[2]) * u + power[1]) * u + power[0];
     }
@@ -118,7 +120,7 @@ SUNSTONE_INLINE ConeEntries<N> enterCones(const CurveLanes<N>& curve, Lanes<N> u
     ConeEntries<N> e;
     const V x = curve.value(0, u), y = curve.value(1, u), r = curve.value(3, u);
     const V dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u),
-            dr = curve.first(3, u);
+             dr = curve.first(3, u);
     const V flat = fused(dx, dx, dy * dy);
     e.speed = fused(dz, dz, flat);
     const V inverse = 1 / e.speed;
@@ -131,8 +133,8 @@ SUNSTONE_INLINE ConeEntries<N> enterCones(const CurveLanes<N>& curve, Lanes<N> u
     const V c = fused(inverse, fused(dz * dz, distance, cross * cross), -rAlong * rAlong);
     e.discriminant = fused(b, b, -a * c);
     const V root = rootOf(mostOf(e.discriminant, V{}));
-    const auto behind = b > 0;
-    e.q = (behind ? -b - root : c) / (behind ? a : root - b);
+    const auto growing = b > 0;
+    e.q = (growing ? -b - root : c) / (growing ? a : root - b);
     e.m = fused(e.q, dz, along);
     // q.C'' without the part along the curve, which affects only the parameter's speed.
     const V ddx = curve.second(0, u), ddy = curve.second(1, u), ddz = curve.second(2, u);
@@ -258,7 +260,7 @@ SUNSTONE_INLINE EighthTest testLanes(const CurveLanes<N>& curve, const RaySpace&
     const V u0 = begin + h * eighths<N>(first), u1 = u0 + h;
     const V ax = curve.value(0, u0), ay = curve.value(1, u0), az = curve.value(2, u0);
     const V vx = curve.value(0, u1) - ax, vy = curve.value(1, u1) - ay,
-            vz = curve.value(2, u1) - az;
+             vz = curve.value(2, u1) - az;
     // Bounds of the deviation of the curve and its radius from linear.
     V off = {}, offR = {};
     const V ends[2] = {u0, u1};
@@ -267,7 +269,7 @@ SUNSTONE_INLINE EighthTest testLanes(const CurveLanes<N>& curve, const RaySpace&
         const V x = curve.second(0, u), y = curve.second(1, u), z = curve.second(2, u);
         const V dx = curve.first(0, u), dy = curve.first(1, u), dz = curve.first(2, u);
         const V size = x * x + y * y + z * z, speed = dx * dx + dy * dy + dz * dz,
-                along = x * dx + y * dy + z * dz, r = curve.value(3, u);
+                 along = x * dx + y * dy + z * dz, r = curve.value(3, u);
         off = mostOf(off, size);
         offR = mostOf(offR, magnitude(curve.second(3, u)));
         tight |= ((size * speed - along * along) * r * r > 0.0625f * speed * speed * speed) |
@@ -278,7 +280,7 @@ SUNSTONE_INLINE EighthTest testLanes(const CurveLanes<N>& curve, const RaySpace&
         leastOf(mostOf(-(ax * vx + ay * vy) / mostOf(flat, all<V>(1e-37f)), V{}), all<V>(1));
     const V px = fused(place, vx, ax), py = fused(place, vy, ay);
     const V r = mostOf(magnitude(curve.value(3, u0)), magnitude(curve.value(3, u1))) +
-                (rootOf(off) + offR) * (h * h / 8) + 0x1p-20f * (magnitude(az) + magnitude(vz));
+                 (rootOf(off) + offR) * (h * h / 8) + 0x1p-20f * (magnitude(az) + magnitude(vz));
     const V low = leastOf(az, az + vz) - r, high = mostOf(az, az + vz) + r;
     const auto meets =
         (px * px + py * py <= r * r) & (low <= tmax * s.length) & (high >= s.tmin * s.length);

@@ -99,7 +99,8 @@ SUNSTONE_INLINE bool testLinear(const U4* record, const MotionPlace& place, cons
     return true;
 }
 
-// Stores the hit in `best`; false if there is none.
+// Stores the hit in `best`; false if there is none. Inlined: as a function it saves and restores 57
+// registers in pipelines with callables (docs/notes/programs-gpu.md).
 SUNSTONE_INLINE bool testPiece(const lane::RaySpace& space, const float* points, uint32_t shape,
                                uint32_t word, uint32_t flags, lane::CurveCandidate& best) {
     return lane::intersectPiece<1>(space, points, CurveBasis(shape), word, flags, best);

@@ -28,6 +28,9 @@ bool StartsNarrow::next(Time now) {
     return launches_ >= kLaunches && now - first_ >= kTime;
 }
 
+GpuNarrowCodes::GpuNarrowCodes(Prepare prepare)
+    : prepare_(std::move(prepare)), atOnce_(currentConfig(Setting::kGpuCode) == "narrow") {}
+
 GpuNarrowCodes::Code& GpuNarrowCodes::find(GpuCodeKind kind) {
     const auto found = std::ranges::find(codes_, kind, &Code::kind);
     if (found != codes_.end())
@@ -37,12 +40,12 @@ GpuNarrowCodes::Code& GpuNarrowCodes::find(GpuCodeKind kind) {
 }
 
 void GpuNarrowCodes::prepare(Code& code, uint64_t indices) {
-    const bool atOnce = currentConfig(Setting::kGpuCode) == "narrow";
-    if (!atOnce &&
-        !(WaitsForWhole::isLarge(indices) && code.starts.next(std::chrono::steady_clock::now())))
+    const bool starts =
+        WaitsForWhole::isLarge(indices) && code.starts.next(std::chrono::steady_clock::now());
+    if (!atOnce_ && !starts)
         return;
     code.later = prepare_(code.kind, true);
-    if (atOnce)
+    if (atOnce_)
         waitFor(*code.later);
 }
 

@@ -51,7 +51,7 @@ public:
     // on; or null.
     using Prepare = std::function<std::shared_ptr<const GpuLaterCode>(GpuCodeKind, bool compiles)>;
     using Load = std::function<std::shared_ptr<GpuCodeObject>(const GpuLaterCode&)>;
-    explicit GpuNarrowCodes(Prepare prepare) : prepare_(std::move(prepare)) {}
+    explicit GpuNarrowCodes(Prepare prepare);
 
     bool areMade() const { return bool(prepare_); }
     // The code for a launch of that many indices, or null if it is not ready. `isIdle`: whether
@@ -71,6 +71,7 @@ private:
     void prepare(Code& code, uint64_t indices);
 
     const Prepare prepare_;
+    const bool atOnce_; // compile at the first launch, which waits
     std::vector<Code> codes_;
 };
 
