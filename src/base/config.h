@@ -12,7 +12,8 @@ namespace sunstone {
 enum class Setting {
     kLog,     // SUNSTONE_LOG: levels by area, see log.h
     kDump,    // SUNSTONE_DUMP: folder that receives the program after every compiler pass
-    kThreads, // SUNSTONE_THREADS: worker threads of the CPU device, default see cpu_limits.h
+    kThreads, // SUNSTONE_THREADS: worker threads of the CPU device, default see
+              // threads/cpu_limits.h
     kIsa,     // SUNSTONE_ISA: highest instruction set of traversal and compiled code (avx512, avx2,
               // baseline)
     kCachePath,      // OPTIX_CACHE_PATH: folder of the disk cache

@@ -3,7 +3,7 @@
 #include "check/memory_check.h"
 
 #include "base/config.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "check/report.h"
 #include "compiler/compiler.h"
 #include "device/cpu/memory.h"

@@ -5,7 +5,7 @@
 #include "compiler/compiler.h"
 
 #include "base/error.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "compiler/compile_steps.h"
 #include "compiler/piece.h"
 #include "compiler/store/build_id.h"

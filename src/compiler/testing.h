@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "compiler/compiler.h"
-#include "ptx/parser.h"
+#include "ptx/parse/parser.h"
 
 #include <gtest/gtest.h>
 

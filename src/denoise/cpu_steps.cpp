@@ -3,7 +3,7 @@
 #include "denoise/filter.h"
 #include "denoise/steps.h"
 
-#include "base/threads.h"
+#include "base/threads/threads.h"
 
 namespace sunstone::denoise {
 namespace {

@@ -9,17 +9,17 @@
 //   2. Values that are not finite, and fireflies, are replaced or cut by statistics of 5x5 pixels.
 //   3. The noise's variance is estimated from the residual of a 3x3 mean, averaged over 7x7 pixels.
 //   4. The part of a pixel's difference from its surroundings that a local regression on the guides
-//      explains is taken out, and added back at the end (rows_detail.h).
+//      explains is taken out, and added back at the end (rows/rows_detail.h).
 //   5. Passes of a 5x5 B-spline with steps 1, 2, 4... (Dammertz et al. 2010, Schied et al. 2017).
 //      A neighbour's weight falls with the distance of its guides and with the part of its colour
 //      difference that the variance of both does not explain; the variance is carried along.
-//   6. Where the difference to the given colours is no noise, it returns (rows_return.h).
+//   6. Where the difference to the given colours is no noise, it returns (rows/rows_return.h).
 //   7. Temporal: the previous image, moved by the flow, is blended in as far as it is in the range
 //      of the new one.
 //
 // Everything is local: a pixel depends on inputs within overlap() of it, computed in the same order
 // wherever it lies in memory, so that tiles give the bits of the whole image. Read next: job.h for
-// the steps, rows.h for the inner loops.
+// the steps, rows/rows.h for the inner loops.
 #pragma once
 
 #include "denoise/filter.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/guided_filter.h"
 
-#include "denoise/rows.h"
+#include "denoise/rows/rows.h"
 #include "denoise/test_scene.h"
 
 #include <gtest/gtest.h>

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "denoise/image.h"
-#include "denoise/rows.h"
+#include "denoise/rows/rows.h"
 
 namespace sunstone::denoise {
 

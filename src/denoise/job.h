@@ -6,7 +6,7 @@
 #pragma once
 
 #include "denoise/image.h"
-#include "denoise/rows.h"
+#include "denoise/rows/rows.h"
 #include "denoise/upsampler.h"
 
 namespace sunstone::denoise {
@@ -18,12 +18,12 @@ enum class Step : uint32_t {
     kAlphaAsColor, // alpha plane -> to.color
     kColorAsAlpha, // from.color -> alpha plane
     kColor,        // image -> to.color, valid
-    kRepair,       // these five: rows.h
+    kRepair,       // these five: rows/rows.h
     kResidual,
     kSpread,
     kDetail,
     kSmooth,
-    kLoss, // these six: rows_return.h
+    kLoss, // these six: rows/rows_return.h
     kCorrelate,
     kGather,
     kSumRow,

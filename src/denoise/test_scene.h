@@ -5,7 +5,7 @@
 
 #include "denoise/image.h"
 
-#include "base/threads.h"
+#include "base/threads/threads.h"
 
 #include <algorithm>
 #include <cmath>

@@ -13,7 +13,7 @@
 
 #include "denoise/falloff.h"
 #include "denoise/image.h"
-#include "denoise/rows.h"
+#include "denoise/rows/rows.h"
 
 namespace sunstone::denoise {
 

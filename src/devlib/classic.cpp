@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "devlib/classic.h"
 
-#include "base/thread_object.h"
+#include "base/threads/thread_object.h"
 #include "bvh/motion/transforms.h"
 #include "math/matrix.h"
 #include "math/product.h"

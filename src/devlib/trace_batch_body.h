@@ -12,7 +12,7 @@
 // flight visit the same nodes as Tracer, in the same order, so every hit is that of trace().
 #pragma once
 
-#include "base/thread_object.h"
+#include "base/threads/thread_object.h"
 #include "bvh/batch/flight_walk.h"
 #include "devlib/trace_packets_body.h"
 

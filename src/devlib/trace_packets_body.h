@@ -9,7 +9,7 @@
 //   - Triangles of two instances are at one distance. Such rays are traversed again, alone.
 #pragma once
 
-#include "base/thread_object.h"
+#include "base/threads/thread_object.h"
 #include "bvh/batch/packet_walk.h"
 #include "bvh/batch/stream_walk.h"
 #include "devlib/trace_none.h"

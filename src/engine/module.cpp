@@ -3,7 +3,7 @@
 
 #include "base/error.h"
 #include "engine/compile_cache.h"
-#include "ptx/parser.h"
+#include "ptx/parse/parser.h"
 
 namespace sunstone::engine {
 

@@ -7,7 +7,7 @@
 // into `labels`. Symbols (functions, variables, parameters, local and shared variables) remain
 // names; the compiler looks them up. Instructions keep their opcode split at the dots, without loss
 // of text. All string_views point into Module::text. No LLVM here. Source: PTX ISA manual, versions
-// up to 9.0. Read next: parser.h, verifier.h.
+// up to 9.0. Read next: parse/parser.h, verifier.h.
 #pragma once
 
 #include <cstdint>
@@ -151,7 +151,7 @@ extern const Opcode kUnknownOpcode;
 
 struct Instruction {
     std::string_view opcode;                 // "ld"
-    const Opcode* facts = &kUnknownOpcode;   // opcode.h; never null
+    const Opcode* facts = &kUnknownOpcode;   // opcodes/opcode.h; never null
     std::vector<std::string_view> modifiers; // "global", "v4", "u32": in order, without dots
     std::vector<Type> types;                 // those modifiers that are types, in order
     int32_t guard = -1;                      // register index of @p, -1 if none
@@ -162,7 +162,7 @@ struct Instruction {
     std::vector<Operand> arguments;
     Operand target;
     std::string_view prototype; // label of .callprototype / .calltargets, or empty
-    // The instruction table lacks this form, but the compiler's Judge accepts it (parser.h).
+    // The instruction table lacks this form, but the compiler's Judge accepts it (parse/parser.h).
     bool isForeign = false;
     Location location;
     SourcePosition source;

@@ -2,7 +2,7 @@
 // Tree to PTX text. See printer.h.
 #include "ptx/printer.h"
 
-#include "ptx/opcode.h"
+#include "ptx/opcodes/opcode.h"
 
 #include <algorithm>
 #include <concepts>

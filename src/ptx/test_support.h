@@ -2,7 +2,7 @@
 // Helpers of the PTX tests: from text to a tree or a message.
 #pragma once
 
-#include "ptx/parser.h"
+#include "ptx/parse/parser.h"
 
 #include <gtest/gtest.h>
 

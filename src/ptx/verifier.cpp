@@ -5,9 +5,9 @@
 // therefore cached, and the common check is one look-up and a loop over operands.
 #include "ptx/verifier.h"
 
-#include "ptx/opcode.h"
+#include "ptx/opcodes/opcode.h"
+#include "ptx/opcodes/special_registers.h"
 #include "ptx/printer.h"
-#include "ptx/special_registers.h"
 
 #include <algorithm>
 #include <deque>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks a module's instructions: known opcodes and modifiers, operand counts, widths, and existing
-// callees. The rules are the forms of each opcode (opcode.h).
+// callees. The rules are the forms of each opcode (opcodes/opcode.h).
 #pragma once
 
 #include "ptx/ast.h"
-#include "ptx/parser.h"
+#include "ptx/parse/parser.h"
 
 namespace sunstone::ptx {
 

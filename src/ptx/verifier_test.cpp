@@ -2,8 +2,8 @@
 // Accepted and refused instruction forms, and the messages.
 #include "ptx/test_support.h"
 
+#include "ptx/opcodes/special_registers.h"
 #include "ptx/printer.h"
-#include "ptx/special_registers.h"
 
 namespace sunstone::ptx::testing {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Access to structures: relocation, handles of transforms, random access to triangles and
 // instances, and traces through invalid handles.
+#include "device/random_access.h"
 #include "device_memory.h"
-#include "random_access.h"
 #include "rig.h"
 #include "scene.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rules about whole graphs and operations on structures: graph flags, depth, loops, build flags and
 // their effects, updates of all kinds, other contexts.
+#include "device/probe.h"
 #include "device_memory.h"
-#include "probe.h"
 #include "rig.h"
 #include "scene.h"
 

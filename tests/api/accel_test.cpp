@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Contents of acceleration structures, tested by rays: vertex and index formats, strides,
 // transforms, empty and faulty primitives, emitted properties, compaction, memory sizes.
-#include "probe.h"
+#include "device/probe.h"
 #include "rig.h"
 #include "scene.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Updates through the API, tested by rays against a new build of the same input; and refused
 // updates.
-#include "probe.h"
+#include "device/probe.h"
 #include "rig.h"
 #include "scene.h"
 

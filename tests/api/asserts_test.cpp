@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Assertions in device code, compiled at several levels.
-#include "asserts.h"
+#include "device/asserts.h"
 #include "rig.h"
 
 namespace tests::api {

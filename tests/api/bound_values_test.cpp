@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bound values: loads become constants, loads at unknown offsets read memory, the feedback counts,
 // validation mode compares, modules must agree.
-#include "bound_values.h"
+#include "device/bound_values.h"
 #include "rig.h"
 
 #include <cstddef>

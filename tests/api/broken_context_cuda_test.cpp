@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // After a kernel of the application has broken the CUDA context, each call that needs the context
 // returns an error, no call ends the process or hangs, and all objects can be destroyed.
+#include "device/launch.h"
 #include "device_memory.h"
-#include "launch.h"
 #include "process_end.h"
 #include "rig.h"
 #include "scene.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Curves through the API: build inputs and their errors, built-in intersection modules, hits as
 // programs see them, any-hit rules, end caps, updates, compaction, relocation.
-#include "curves.h"
+#include "device/curves.h"
 #include "moving_scene.h"
 #include "rig.h"
 #include "scene.h"

@@ -2,7 +2,7 @@
 // Exceptions of the library: every mistake of debug_exceptions.h runs the exception program with
 // its code and details, ends only its launch index, is harmless without the flags, and fails a
 // launch in validation mode.
-#include "debug_exceptions.h"
+#include "device/debug_exceptions.h"
 #include "device_memory.h"
 #include "rig.h"
 #include "scene.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // User exceptions from every program kind end only their launch index and reach the exception
 // program with code, details and its own record; continuation callables trace.
-#include "exceptions.h"
+#include "device/exceptions.h"
 #include "rig.h"
 #include "scene.h"
 

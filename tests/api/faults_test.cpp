@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Device programs that access unmapped memory: the launch fails, the log names the place, and the
 // process continues.
-#include "faults.h"
+#include "device/faults.h"
 #include "rig.h"
 
 #include <algorithm>

@@ -135,7 +135,7 @@ std::string compiledPtx(const std::string& program, const std::string& toolchain
         throw std::runtime_error("cannot read " + path);
     std::ostringstream text;
     text << file.rdbuf();
-    const std::filesystem::path source = "tests/api/" + program + ".cu";
+    const std::filesystem::path source = "tests/api/device/" + program + ".cu";
     recordProgram(text.str(), source.lexically_normal().string());
     return text.str();
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texture footprints from device code, with a texture of the CUDA driver library. The contents of
 // footprints are tested beside the sampler (src/texture/footprint_test.cpp).
+#include "device/texture_footprint.h"
 #include "device_memory.h"
 #include "rig.h"
-#include "texture_footprint.h"
 
 namespace tests::api {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Launches whose programs access CUDA memory after it was freed: the launch fails, and the log
 // names the freed allocation.
+#include "device/faults.h"
 #include "device_memory.h"
-#include "faults.h"
 #include "rig.h"
 
 #include <cuda.h>

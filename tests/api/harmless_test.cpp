@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Harmless violations of rules: calls succeed with a warning in the log, and their results work;
 // validation mode refuses the calls.
-#include "launch.h"
+#include "device/launch.h"
 #include "rig.h"
 #include "scene.h"
 

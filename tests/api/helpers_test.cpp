@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The helper functions of the device headers, and symbols that no other test names: every accepted
 // value of the compile options, and the alignments that the headers define.
-#include "helpers.h"
+#include "device/helpers.h"
 #include "rig.h"
 #include "scene.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // optixLaunch, launch parameters and the shader binding table (OptiX 7.4, sections 3.9, 5.33).
-#include "launch.h"
+#include "device/launch.h"
 #include "rig.h"
 #include "scene.h"
 

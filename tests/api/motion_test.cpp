@@ -2,7 +2,7 @@
 // Motion through the API: keys of triangles and boxes, motion transforms, structures of moving
 // instances, in random graphs against a reference in double precision; values that hit programs
 // see; updates, compaction, relocation, emitted boxes; pipelines without motion blur.
-#include "motion.h"
+#include "device/motion.h"
 #include "moving_scene.h"
 #include "rig.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Payload types: two types in one pipeline, groups that name or deduce theirs, equal types of other
 // modules, mismatches at run time, and every mistake that the manual forbids.
-#include "payload_types.h"
+#include "device/payload_types.h"
 #include "rig.h"
 #include "scene.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Features of each kind of program: payload, attributes, recursion, callables, intersection.
-#include "callables.h"
-#include "probe.h"
+#include "device/callables.h"
+#include "device/probe.h"
 #include "rig.h"
 #include "scene.h"
 

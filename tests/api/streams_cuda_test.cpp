@@ -2,8 +2,8 @@
 // The API with a CUDA driver library: the CUDA context of a device context, device memory, and the
 // order of launches and builds on streams. This is a separate program, because the other tests must
 // not load a CUDA library.
+#include "device/launch.h"
 #include "device_memory.h"
-#include "launch.h"
 #include "rig.h"
 #include "scene.h"
 

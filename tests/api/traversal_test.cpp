@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random triangles and random rays through every traversal rule, against the brute force of
 // scene.h: masks, face culling, any-hit flags, interval, record index, instances.
-#include "probe.h"
+#include "device/probe.h"
 #include "rig.h"
 #include "scene.h"
 

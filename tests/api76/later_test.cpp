@@ -2,7 +2,7 @@
 // Small additions of OptiX 7.5 and 7.6, used through the 7.6 headers: names of errors, strides
 // between instances, the geometry flag against face culling, and new fields of the denoiser's
 // structs.
-#include "probe.h"
+#include "device/probe.h"
 #include "rig.h"
 #include "scene.h"
 

@@ -2,7 +2,7 @@
 // Opacity micromaps through the API (OptiX 7.6, optixOpacityMicromapArray...): violations of every
 // rule about arguments, one at a time; relocation, compaction and updates of arrays and structures;
 // and traversal. The combinations of states and flags are tested in ../reference and src/devlib.
-#include "probe.h"
+#include "device/probe.h"
 #include "rig.h"
 #include "scene.h"
 

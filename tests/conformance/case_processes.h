@@ -3,7 +3,7 @@
 #pragma once
 
 #include "driver.h"
-#include "run_forms.h"
+#include "forms/run_forms.h"
 
 #include <functional>
 #include <string>

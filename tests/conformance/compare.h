@@ -2,7 +2,7 @@
 // Compares results of a form with a recording, by the rules of the form's outputs.
 #pragma once
 
-#include "forms.h"
+#include "forms/forms.h"
 
 #include <cstdint>
 #include <string>

@@ -3,9 +3,9 @@
 #include "constants.h"
 
 #include "compare.h"
+#include "forms/run_forms.h"
 #include "inputs.h"
 #include "module_writer.h"
-#include "run_forms.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,7 +2,7 @@
 // See inputs.h.
 #include "inputs.h"
 
-#include "forms.h"
+#include "forms/forms.h"
 
 #include <algorithm>
 #include <bit>

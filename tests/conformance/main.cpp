@@ -28,12 +28,12 @@
 #include "constants.h"
 #include "driver.h"
 #include "errors.h"
-#include "matrix_cases.h"
-#include "matrix_run.h"
+#include "matrices/matrix_cases.h"
+#include "matrices/matrix_run.h"
 #include "module_writer.h"
 #include "names.h"
 #include "recording.h"
-#include "texture_run.h"
+#include "textures/texture_run.h"
 
 #include <algorithm>
 #include <chrono>

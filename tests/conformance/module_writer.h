@@ -2,7 +2,7 @@
 // Kernels that run forms: thread i of a launch computes vector i of every form of the kernel.
 #pragma once
 
-#include "forms.h"
+#include "forms/forms.h"
 
 #include <string>
 #include <vector>

@@ -5,8 +5,8 @@
 // which compress better.
 #pragma once
 
-#include "forms.h"
-#include "run_forms.h"
+#include "forms/forms.h"
+#include "forms/run_forms.h"
 
 #include <cstdint>
 #include <map>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "small_tracer.h"
 
-#include "base/threads.h"
+#include "base/threads/threads.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 // once, or permanently from some call on (as after device code has broken the CUDA context): API
 // calls return an error and leave no state behind that breaks the next call; all objects can be
 // destroyed.
-#include "api/launch.h"
+#include "api/device/launch.h"
 #include "api/rig.h"
 #include "api/scene.h"
 

@@ -4,7 +4,7 @@
 #include "base/error.h"
 #include "compiler/gpu/header.h"
 #include "gpu/pipelines.h"
-#include "ptx/parser.h"
+#include "ptx/parse/parser.h"
 #include "ptx/printer.h"
 
 #include <gtest/gtest.h>

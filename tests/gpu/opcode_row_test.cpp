@@ -4,9 +4,9 @@
 #include "compiler/gpu/header.h"
 #include "devlib/lockstep.h"
 #include "gpu/pipelines.h"
-#include "ptx/instruction_table.h"
-#include "ptx/opcode.h"
-#include "ptx/parser.h"
+#include "ptx/opcodes/instruction_table.h"
+#include "ptx/opcodes/opcode.h"
+#include "ptx/parse/parser.h"
 
 #include <gtest/gtest.h>
 

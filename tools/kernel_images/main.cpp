@@ -6,7 +6,7 @@
 // for the kernel's name. The archive also has the kernels of engine/gpu/code/ready_code.h, as parts
 // for the driver's linker. With "none" for PTXAS the archive is empty. A capability that ptxas does
 // not know is left out.
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "device/cuda/kernel_set.h"
 #include "engine/gpu/code/kernel_images.h"
 #include "engine/gpu/code/ready_code.h"

@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "compiler/optix7/inspect.h"
 #include "model/model.h"
-#include "ptx/parser.h"
+#include "ptx/parse/parser.h"
 
 #include <nlohmann/json.hpp>
 

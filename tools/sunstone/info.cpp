@@ -2,7 +2,7 @@
 #include "commands.h"
 
 #include "base/config.h"
-#include "base/cpu_limits.h"
+#include "base/threads/cpu_limits.h"
 #include "bvh/walk/kernels.h"
 
 #include <nlohmann/json.hpp>

@@ -10,7 +10,7 @@
 #include "compiler/optix6/texture_calls.h"
 #include "engine/gpu/gpus.h"
 #include "ptx/link.h"
-#include "ptx/parser.h"
+#include "ptx/parse/parser.h"
 
 #include <cxxabi.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Results: their texts, the conversion from engine codes, and the guard of every entry point.
 #include "api/optix6/call.h"
-#include "base/thread_object.h"
+#include "base/threads/thread_object.h"
 
 namespace sunstone::optix6 {
 

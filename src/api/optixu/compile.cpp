@@ -4,7 +4,7 @@
 #include "api/optixu/guard.h"
 #include "api/optixu/options.h"
 #include "api/optixu/process.h"
-#include "base/thread_object.h"
+#include "base/threads/thread_object.h"
 
 #include <optixu/optixu.h>
 

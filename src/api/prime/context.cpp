@@ -3,7 +3,7 @@
 #include "api/prime/cuda_library.h"
 #include "api/prime/shell.h"
 #include "base/forked.h"
-#include "base/thread_object.h"
+#include "base/threads/thread_object.h"
 #include "device/cuda/driver.h"
 
 #include <algorithm>

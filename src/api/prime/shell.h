@@ -10,7 +10,7 @@
 #include "base/error.h"
 #include "base/handles.h"
 #include "base/log.h"
-#include "base/thread_team.h"
+#include "base/threads/thread_team.h"
 #include "device/cuda/driver.h"
 #include "engine/queries/queries.h"
 

@@ -5,8 +5,8 @@
 #include "base/forked.h"
 #include "base/handles.h"
 #include "base/log.h"
-#include "base/thread_object.h"
-#include "base/threads.h"
+#include "base/threads/thread_object.h"
+#include "base/threads/threads.h"
 #include "device/cuda/driver.h"
 #include "engine/queries/queries.h"
 

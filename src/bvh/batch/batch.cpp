@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bvh/batch/batch.h"
 
-#include "base/threads.h"
+#include "base/threads/threads.h"
 
 namespace sunstone::bvh {
 

@@ -2,7 +2,7 @@
 // The functions of batch.h, compiled once per instruction set.
 #pragma once
 
-#include "base/thread_object.h"
+#include "base/threads/thread_object.h"
 #include "bvh/batch/batch.h"
 #include "bvh/batch/batch_flights.h"
 #include "bvh/batch/batch_visitors.h"

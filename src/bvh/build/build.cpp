@@ -3,7 +3,7 @@
 #include "bvh/build/build.h"
 
 #include "base/error.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "bvh/build/build_parts.h"
 #include "bvh/build/emit.h"
 #include "bvh/build/presplit.h"

@@ -2,7 +2,7 @@
 #include "bvh/micromap/micromap_array.h"
 
 #include "base/error.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "bvh/parallel.h"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include "bvh/shapes/shape_build.h"
 
 #include "base/error.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "bvh/build/build_parts.h"
 #include "bvh/build/emit.h"
 #include "bvh/input/build_input.h"

@@ -3,7 +3,7 @@
 #include "compiler/gpu/header.h"
 
 #include "base/error.h"
-#include "ptx/opcode.h"
+#include "ptx/opcodes/opcode.h"
 
 #include <algorithm>
 #include <charconv>

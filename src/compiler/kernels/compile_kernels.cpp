@@ -4,7 +4,7 @@
 
 #include "base/config.h"
 #include "base/log.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "compiler/compile_steps.h"
 #include "compiler/debug/debug_info.h"
 #include "compiler/kernels/exchanges.h"
@@ -16,7 +16,7 @@
 #include "compiler/passes/optimizer.h"
 #include "compiler/store/build_id.h"
 #include "compiler/store/digest.h"
-#include "ptx/opcode.h"
+#include "ptx/opcodes/opcode.h"
 
 #include <algorithm>
 #include <cstring>

@@ -2,7 +2,7 @@
 // See exchanges.h.
 #include "compiler/kernels/exchanges.h"
 
-#include "ptx/opcode.h"
+#include "ptx/opcodes/opcode.h"
 
 #include <algorithm>
 #include <map>

@@ -12,7 +12,7 @@
 #include "compiler/optix7/tree_constants.h"
 
 #include "base/error.h"
-#include "ptx/opcode.h"
+#include "ptx/opcodes/opcode.h"
 
 #include <algorithm>
 #include <array>

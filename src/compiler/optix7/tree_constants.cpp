@@ -2,7 +2,7 @@
 // See tree_constants.h.
 #include "compiler/optix7/tree_constants.h"
 
-#include "ptx/opcode.h"
+#include "ptx/opcodes/opcode.h"
 
 namespace sunstone::compiler {
 

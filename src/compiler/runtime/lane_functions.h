@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions of the run-time at which a lane depends on the other lanes of its warp, one row for
 // each ptx::Lockstep. The translator calls them for the opcodes that say so in their row
-// (ptx/opcode_table.h); the lockstep code of a kernel recognises them by name.
+// (ptx/opcodes/opcode_table.h); the lockstep code of a kernel recognises them by name.
 // compiler/runtime/kernel.cpp defines the functions.
 #pragma once
 
-#include "ptx/opcode.h"
+#include "ptx/opcodes/opcode.h"
 
 #include <llvm/ADT/StringRef.h>
 

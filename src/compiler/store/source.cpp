@@ -4,7 +4,7 @@
 
 #include "base/error.h"
 #include "compiler/store/digest.h"
-#include "ptx/parser.h"
+#include "ptx/parse/parser.h"
 
 namespace sunstone::compiler {
 

@@ -13,8 +13,8 @@
 // Addresses are host addresses in all state spaces, so cvta is the identity.
 //
 // translate/dispatch.cpp has the member function of each ptx::Operation, which the opcode's row
-// names (ptx/opcode_table.h). The members of an instruction family stand in one file of this
-// folder: integer.cpp, float.cpp, memory.cpp and so on. Source: PTX ISA manual, chapter
+// names (ptx/opcodes/opcode_table.h). The members of an instruction family stand in one file of
+// this folder: integer.cpp, float.cpp, memory.cpp and so on. Source: PTX ISA manual, chapter
 // "Instruction Set".
 #pragma once
 
@@ -23,7 +23,7 @@
 #include "compiler/runtime/matrix.h"
 #include "compiler/translate/native.h"
 #include "compiler/translate/unit.h"
-#include "ptx/opcode.h"
+#include "ptx/opcodes/opcode.h"
 
 #include <optional>
 #include <unordered_map>

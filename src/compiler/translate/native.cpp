@@ -12,7 +12,7 @@
 
 #include "compiler/gpu/header.h"
 #include "compiler/translate/function_translator.h"
-#include "ptx/special_registers.h"
+#include "ptx/opcodes/special_registers.h"
 
 #include <llvm/IR/InlineAsm.h>
 

@@ -175,7 +175,7 @@ void GpuDenoiser::setUp(CUstream stream, CUdeviceptr state, uint32_t width, uint
 
 void GpuDenoiser::filter(CUstream stream, const Filter& filter, const Frame& frame, void* scratch,
                          const CallInputs& inputs) {
-    // Threads count bytes of a plane in 32 bits (rows_body.h).
+    // Threads count bytes of a plane in 32 bits (rows/rows_body.h).
     const uint64_t width = uint64_t(inputs.width) + 15, factor = filter.factor();
     if (factor * width * factor * inputs.height > kMostPixels)
         fail(Code::kNotSupported, "inputs of ", inputs.width, " x ", inputs.height,

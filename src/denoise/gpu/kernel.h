@@ -9,7 +9,7 @@
 
 #pragma clang force_cuda_host_device begin
 #include "denoise/gpu/launch.h"
-#include "denoise/rows_body.h"
+#include "denoise/rows/rows_body.h"
 #include "denoise/steps.h"
 #pragma clang force_cuda_host_device end
 

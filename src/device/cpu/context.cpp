@@ -5,7 +5,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "base/process_end.h"
-#include "base/thread_object.h"
+#include "base/threads/thread_object.h"
 #include "device/cpu/memory.h"
 #include "device/cpu/stream.h"
 

@@ -4,7 +4,7 @@
 
 #include "base/config.h"
 #include "base/error.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "device/cpu/pages.h"
 #include "device/cpu/poison.h"
 

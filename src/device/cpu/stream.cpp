@@ -5,8 +5,8 @@
 #include "base/error.h"
 #include "base/forked.h"
 #include "base/process_end.h"
-#include "base/thread_object.h"
-#include "base/threads.h"
+#include "base/threads/thread_object.h"
+#include "base/threads/threads.h"
 #include "device/cpu/memory.h"
 #include "device/device.h"
 

@@ -3,7 +3,7 @@
 #include "device/cuda/ptx_parts.h"
 
 #include "base/log.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 
 #include <algorithm>
 #include <array>

@@ -5,9 +5,9 @@
 #include "engine/cpu/in_flight.h"
 
 #include "base/error.h"
-#include "base/fiber_stacks.h"
-#include "base/fiber_switch.h"
-#include "base/sanitizer_fibers.h"
+#include "base/threads/fiber_stacks.h"
+#include "base/threads/fiber_switch.h"
+#include "base/threads/sanitizer_fibers.h"
 
 #include <bit>
 #include <csetjmp>

@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "base/faults.h"
 #include "base/readable.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "check/memory_check.h"
 #include "compiler/debug/place.h"
 #include "devlib/flags.h"

@@ -5,7 +5,7 @@
 #include "api/cuda/driver/shell.h"
 #include "api/cuda/driver/visible_devices.h"
 
-#include "base/threads.h"
+#include "base/threads/threads.h"
 
 #include <unistd.h>
 

@@ -7,7 +7,7 @@
 #include "api/cuda/driver/device_faults.h"
 #include "base/config.h"
 #include "base/log.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "compiler/debug/place.h"
 
 #include <algorithm>

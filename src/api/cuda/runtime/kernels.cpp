@@ -2,7 +2,7 @@
 // Kernels: attributes, occupancy, and the launch configuration that <<<>>> pushes for the stub.
 #include "api/cuda/runtime/runtime.h"
 
-#include "base/thread_object.h"
+#include "base/threads/thread_object.h"
 
 #include <cstring>
 #include <vector>

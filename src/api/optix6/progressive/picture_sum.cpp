@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "api/optix6/progressive/picture_sum.h"
 
-#include "base/threads.h"
+#include "base/threads/threads.h"
 
 #include <algorithm>
 #include <cmath>

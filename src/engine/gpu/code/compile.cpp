@@ -5,7 +5,7 @@
 #include "base/config.h"
 #include "base/error.h"
 #include "base/log.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "bvh/gpu/layout.h"
 #include "compiler/flavor.h"
 #include "compiler/gpu/header.h"

@@ -3,7 +3,7 @@
 
 #include "base/config.h"
 #include "base/log.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 #include "compiler/gpu/pipeline.h"
 #include "device/cuda/ptx_compiler.h"
 #include "engine/gpu/process.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/gpu/code/machine_code.h"
 
-#include "base/cpu_limits.h"
-#include "base/threads.h"
+#include "base/threads/cpu_limits.h"
+#include "base/threads/threads.h"
 #include "bvh/gpu/layout.h"
 
 #include <algorithm>

@@ -2,9 +2,9 @@
 #include "engine/gpu/code/ready_code.h"
 
 #include "base/config.h"
-#include "base/cpu_limits.h"
 #include "base/log.h"
-#include "base/threads.h"
+#include "base/threads/cpu_limits.h"
+#include "base/threads/threads.h"
 #include "device/cuda/ptx_parts.h"
 #include "devlib/gpu/launch_block.h"
 #include "engine/gpu/code/kernel_code.h"

@@ -4,8 +4,9 @@
 //
 // - kernels with code for a warp at a time: block_lockstep.cpp;
 // - others without barriers and warp functions: a plain loop over the threads of a block;
-// - others: each thread of the block is a fiber with its own stack (base/fiber_switch.h). A thread
-//   that waits switches to the scheduler, which resumes ready threads in turn: block_fibers.cpp.
+// - others: each thread of the block is a fiber with its own stack (base/threads/fiber_switch.h). A
+//   thread that waits switches to the scheduler, which resumes ready threads in turn:
+//   block_fibers.cpp.
 //
 // Threads of a block never run concurrently, so its state needs no locks.
 #pragma once

@@ -4,9 +4,9 @@
 
 #include "api/cuda/driver/blocks/block.h"
 #include "api/cuda/driver/blocks/block_barrier.h"
-#include "base/fiber_stacks.h"
-#include "base/fiber_switch.h"
-#include "base/sanitizer_fibers.h"
+#include "base/threads/fiber_stacks.h"
+#include "base/threads/fiber_switch.h"
+#include "base/threads/sanitizer_fibers.h"
 
 #include <vector>
 

@@ -13,7 +13,7 @@
 
 #include "api/cuda/driver/blocks/block_fibers.h"
 #include "api/cuda/driver/blocks/block_lockstep.h"
-#include "base/threads.h"
+#include "base/threads/threads.h"
 
 #include <deque>
 #include <mutex>

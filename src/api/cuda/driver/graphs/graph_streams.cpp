@@ -3,7 +3,7 @@
 // stream management and graph management.
 #include "api/cuda/driver/graphs/graphs.h"
 
-#include "base/thread_object.h"
+#include "base/threads/thread_object.h"
 
 using namespace sunstone;
 using namespace sunstone::api::cuda;

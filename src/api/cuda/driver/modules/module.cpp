@@ -8,7 +8,7 @@
 #include "base/log.h"
 #include "base/process_end.h"
 #include "engine/compile_cache.h"
-#include "ptx/parser.h"
+#include "ptx/parse/parser.h"
 
 #include <chrono>
 #include <cstring>
