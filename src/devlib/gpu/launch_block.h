@@ -117,6 +117,7 @@ struct LaunchWork {
     // nodes. Blocks use the values in turn.
     uint32_t patience[kPatienceWays];
     uint32_t isMeasured; // warps report their pace
+    uint32_t blockSize;  // for the host: which size of blocks
     LaneMemory laneMemory;
 };
 
@@ -160,8 +161,6 @@ constexpr uint32_t kGpuFactOfLaunch = 1u << 31;
 // Threads of a block, and the shape of a warp's tile of launch indices; launches of height 1 have
 // their indices in a row.
 constexpr unsigned kGpuBlockThreads = 64;
-// The same where the warps of a block wait for each other (kWithBlock).
-constexpr unsigned kGpuWaitBlockThreads = 128;
 // The same where the warps of a block walk in step (devlib/gpu/nested.h).
 constexpr unsigned kGpuStepBlockThreads = 256;
 constexpr unsigned kGpuTileWidth = 8, kGpuTileHeight = 4;

@@ -145,6 +145,12 @@ SUNSTONE_INLINE void walkTogether(bool more, Lane& lane, Programs& tracer, walk:
     }
 }
 
+// Before programs run. Warps that have ended do not count.
+SUNSTONE_INLINE void waitForBlock(const LaunchBlock& block) {
+    if (block.work.patience[patienceIndex()] & kWithBlock)
+        countInBlock(false);
+}
+
 template <bool kWithCustoms, unsigned kMaxLevels>
 SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
     using Programs = Tracer<kWithCustoms, kMaxLevels, false>;
@@ -180,6 +186,7 @@ SUNSTONE_DEVICE_PART void runLanes(LaunchBlock& block, void* frame) {
         if (lane == Lane::kAsks)
             lane = begin(&asked, tracer, ray, walker, levels);
         walkTogether<false>(more, lane, tracer, ray, walker, stack, levels, patienceOf(block));
+        waitForBlock(block);
         pace.add(lane == Lane::kEnded);
         if (lane == Lane::kEnded) {
             uint32_t hitGroup = 0;

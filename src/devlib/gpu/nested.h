@@ -61,12 +61,6 @@ SUNSTONE_INLINE uint32_t deepestLanes(bool busy, uint32_t depth) {
     return lanes;
 }
 
-// Before programs run. Warps that have ended do not count.
-SUNSTONE_INLINE void waitForBlock(const LaunchBlock& block) {
-    if (block.work.patience[patienceIndex()] & kWithBlock)
-        countInBlock(false);
-}
-
 // Runs the programs at the end of the ray at `depth`, and those that waited for it. True: the state
 // at the new `depth` requests a ray. False: the launch index has ended.
 template <class Programs>

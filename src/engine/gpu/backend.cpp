@@ -126,10 +126,7 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.report = devlib::emptyReport();
     block.stackBytes = uint32_t(code.stackBytes);
     const bool captured = isCapturing(driver(), stream);
-    code.findings->patience.choose(block.work, !captured, code.waitsForBlocks);
-    const unsigned threads = block.work.patience[0] & devlib::kWithBlock
-                                 ? devlib::kGpuWaitBlockThreads
-                                 : code.blockThreads;
+    const unsigned threads = code.findings->patience.choose(block.work, !captured);
     const uint64_t tilesOfBlock = threads / devlib::kGpuTile;
     const uint64_t blocks =
         std::min<uint64_t>((tiles + tilesOfBlock - 1) / tilesOfBlock, code.mostBlocks);

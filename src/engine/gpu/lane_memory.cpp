@@ -66,14 +66,18 @@ void GpuLaneMemory::release() noexcept {
     pools_.clear();
 }
 
-uint32_t residentWarps(CUfunction kernel, unsigned blockThreads) {
+uint32_t multiprocessors() {
     CUdevice device = 0;
-    int blocks = 0, processors = 0;
+    int processors = 0;
     SUNSTONE_CU(ctxGetDevice, &device);
     SUNSTONE_CU(deviceGetAttribute, &processors, CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT, device);
+    return uint32_t(std::max(processors, 1));
+}
+
+uint32_t residentWarps(CUfunction kernel, unsigned blockThreads) {
+    int blocks = 0;
     SUNSTONE_CU(occupancyMaxActiveBlocksPerMultiprocessor, &blocks, kernel, int(blockThreads), 0);
-    return uint32_t(std::max(blocks, 1)) * uint32_t(std::max(processors, 1)) *
-           (blockThreads / devlib::kGpuTile);
+    return uint32_t(std::max(blocks, 1)) * multiprocessors() * (blockThreads / devlib::kGpuTile);
 }
 
 } // namespace sunstone::engine

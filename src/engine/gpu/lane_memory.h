@@ -33,6 +33,9 @@ private:
     std::vector<devlib::LaneMemory> pools_;
 };
 
+// Of the current context's GPU.
+uint32_t multiprocessors();
+
 // Warps of a kernel that the current context's GPU runs at a time.
 uint32_t residentWarps(CUfunction kernel, unsigned blockThreads);
 

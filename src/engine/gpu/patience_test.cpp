@@ -8,9 +8,10 @@ namespace {
 
 constexpr uint64_t kMany = 1 << 20;
 
-devlib::LaunchWork next(WarpPatience& patience, bool mayTry = true, bool withBlocks = false) {
+devlib::LaunchWork next(WarpPatience& patience, bool mayTry = true) {
     devlib::LaunchWork work = {};
-    patience.choose(work, mayTry, withBlocks);
+    work.count = kMany;
+    patience.choose(work, mayTry);
     return work;
 }
 
@@ -84,34 +85,84 @@ TEST(WarpPatience, ChoicesAreMadeAgain) {
     EXPECT_EQ(next(patience).patience[0], devlib::kLongPatience);
 }
 
-TEST(WarpPatience, TwoLaunchesCompareBlocksThatWait) {
-    using devlib::kDepthPatience, devlib::kWithBlock;
-    for (const bool isFaster : {false, true}) {
-        WarpPatience patience;
-        learn(patience, {{kMany, 4}, {kMany, 4}, {kMany, 4}, {kMany, 3}});
-        devlib::LaunchWork work = next(patience, true, true);
-        EXPECT_TRUE(work.isMeasured);
-        EXPECT_EQ(work.patience[0], kDepthPatience);
-        patience.learn({{kMany, 100}, {kMany, 100}, {kMany, 100}, {kMany, 100}}, work);
-        EXPECT_EQ(next(patience, false, true).patience[1], kDepthPatience) << "captured";
-        work = next(patience, true, true);
-        EXPECT_TRUE(work.isMeasured);
-        EXPECT_EQ(work.patience[1], kDepthPatience | kWithBlock);
-        const uint64_t time = isFaster ? 99 : 101;
-        patience.learn({{kMany, time}, {kMany, time}, {kMany, time}, {kMany, time}}, work);
-        work = next(patience, true, true);
-        EXPECT_FALSE(work.isMeasured);
-        EXPECT_EQ(work.patience[3], isFaster ? kDepthPatience | kWithBlock : kDepthPatience);
-        EXPECT_EQ(next(patience, true, false).patience[3], kDepthPatience);
-    }
+using devlib::kDepthPatience, devlib::kWithBlock;
+
+// After launches that tell that the setting for long programs is the fastest.
+void preferLongPrograms(WarpPatience& patience, std::vector<GpuBlockSize> sizes) {
+    patience.setBlocks(std::move(sizes), 4);
+    learn(patience, {{kMany, 4}, {kMany, 4}, {kMany, 4}, {kMany, 3}});
 }
 
-TEST(WarpPatience, BlocksWaitOnlyWithTheWayForLongPrograms) {
-    WarpPatience patience;
-    learn(patience, {{kMany, 4}, {kMany, 3}, {kMany, 4}, {kMany, 4}});
-    const devlib::LaunchWork work = next(patience, true, true);
+// Threads of the blocks of the next launch, all of whose warps report that they take `time`.
+unsigned tryNext(WarpPatience& patience, uint64_t time) {
+    devlib::LaunchWork work = {};
+    work.count = kMany;
+    const unsigned threads = patience.choose(work, true);
+    EXPECT_TRUE(work.isMeasured);
+    EXPECT_EQ(work.patience[1], threads == 64 ? kDepthPatience : kDepthPatience | kWithBlock);
+    patience.learn({{kMany, time}, {kMany, time}, {kMany, time}, {kMany, time}}, work);
+    return threads;
+}
+
+// The same of launches that report nothing.
+unsigned chosen(WarpPatience& patience, uint64_t count = kMany, bool mayTry = true) {
+    devlib::LaunchWork work = {};
+    work.count = count;
+    const unsigned threads = patience.choose(work, mayTry);
     EXPECT_FALSE(work.isMeasured);
-    EXPECT_EQ(work.patience[0], devlib::kLongPatience);
+    return threads;
+}
+
+TEST(WarpPatience, BlocksGrowWhileTheyAreFaster) {
+    WarpPatience patience;
+    preferLongPrograms(patience, {{64, 2048}, {128, 2048}, {256, 2048}, {512, 2048}});
+    EXPECT_EQ(tryNext(patience, 100), 64u);
+    EXPECT_EQ(tryNext(patience, 90), 128u);
+    EXPECT_EQ(chosen(patience, kMany, false), 128u) << "captured";
+    EXPECT_EQ(tryNext(patience, 95), 256u);
+    EXPECT_EQ(chosen(patience), 128u);
+}
+
+TEST(WarpPatience, TheLargestBlocksMayBeTheFastest) {
+    WarpPatience patience;
+    preferLongPrograms(patience, {{64, 2048}, {128, 2048}});
+    EXPECT_EQ(tryNext(patience, 100), 64u);
+    EXPECT_EQ(tryNext(patience, 99), 128u);
+    EXPECT_EQ(chosen(patience), 128u);
+}
+
+TEST(WarpPatience, WarpsMayNeedNoWaiting) {
+    WarpPatience patience;
+    preferLongPrograms(patience, {{64, 2048}, {128, 2048}, {256, 2048}});
+    EXPECT_EQ(tryNext(patience, 100), 64u);
+    EXPECT_EQ(tryNext(patience, 101), 128u);
+    EXPECT_EQ(chosen(patience), 64u);
+}
+
+// Warps that share a multiprocessor with fewer others are faster, all of them together may not be.
+TEST(WarpPatience, FewerWarpsAtATimeMustBeFaster) {
+    WarpPatience patience;
+    preferLongPrograms(patience, {{64, 2048}, {128, 1024}});
+    EXPECT_EQ(tryNext(patience, 100), 64u);
+    EXPECT_EQ(tryNext(patience, 60), 128u);
+    EXPECT_EQ(chosen(patience), 64u);
+}
+
+TEST(WarpPatience, SmallLaunchesHaveSmallBlocks) {
+    WarpPatience patience;
+    preferLongPrograms(patience, {{64, 2048}, {128, 2048}});
+    EXPECT_EQ(tryNext(patience, 100), 64u);
+    EXPECT_EQ(tryNext(patience, 50), 128u);
+    EXPECT_EQ(chosen(patience, 512), 128u);
+    EXPECT_EQ(chosen(patience, 511), 64u);
+}
+
+TEST(WarpPatience, BlocksWaitOnlyWithTheSettingsForLongPrograms) {
+    WarpPatience patience;
+    patience.setBlocks({{64, 2048}, {128, 2048}}, 4);
+    learn(patience, {{kMany, 4}, {kMany, 3}, {kMany, 4}, {kMany, 4}});
+    EXPECT_EQ(chosen(patience), 64u);
+    EXPECT_EQ(next(patience).patience[0], devlib::kLongPatience);
 }
 
 } // namespace

@@ -68,7 +68,6 @@ public:
     const CUfunction kernel;
     uint32_t firstGroup = 0; // base of group numbers in the code
     unsigned blockThreads = 0;
-    bool waitsForBlocks = false; // its warps may wait for those of their block
     // Bytes of stack that the programs take for traces of full depth and callables two deep.
     // stackBytes: the limit for a launch index with stack overflow exceptions.
     size_t neededStack = 0;

@@ -440,6 +440,32 @@ void GpuBackend::obtainLaneMemory(GpuCodeObject& object, const compiler::GpuCode
     object.laneMemory.frameBytes = code.frameBytes;
 }
 
+namespace {
+
+// Blocks whose warps may wait for each other have up to as many threads as the kernel's registers
+// allow, because the instruction cache is that of a multiprocessor.
+void setBlockSizes(GpuCodeObject& object, bool mayWait) {
+    constexpr unsigned kWaiting[] = {128, 256, 512};
+    const auto sizeOf = [&](unsigned threads) {
+        return GpuBlockSize{threads, residentWarps(object.kernel, threads) * devlib::kGpuTile};
+    };
+    std::vector<GpuBlockSize> sizes = {sizeOf(object.blockThreads)};
+    if (mayWait) {
+        int most = 0;
+        SUNSTONE_CU(funcGetAttribute, &most, CU_FUNC_ATTRIBUTE_MAX_THREADS_PER_BLOCK,
+                    object.kernel);
+        const unsigned largest = unsigned(most) / devlib::kGpuTile * devlib::kGpuTile;
+        for (const unsigned threads : kWaiting)
+            if (threads <= largest)
+                sizes.push_back(sizeOf(threads));
+        if (largest > std::end(kWaiting)[-1])
+            sizes.push_back(sizeOf(largest));
+    }
+    object.findings->patience.setBlocks(std::move(sizes), multiprocessors());
+}
+
+} // namespace
+
 std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, GpuCodeKind kind,
                                                     const GpuLaterCode* later) {
     ContextScope scope(device_.context());
@@ -452,10 +478,11 @@ std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, GpuCod
     loaded->feedback = code.feedback;
     loaded->later = entry.later;
     loaded->firstGroup = plan.firstGroup;
-    // Warps that wait for lane memory would wait for warps that wait for them.
-    loaded->waitsForBlocks = code.recurses && !code.walksInStep && code.laneMemoryBytes == 0;
     loaded->blockThreads =
         code.walksInStep ? devlib::kGpuStepBlockThreads : devlib::kGpuBlockThreads;
+    // Warps that wait for lane memory would wait for warps that wait for them.
+    const bool mayWait = !code.walksInStep && code.laneMemoryBytes == 0;
+    setBlockSizes(*loaded, mayWait);
     if (code.laneMemoryBytes != 0)
         obtainLaneMemory(*loaded, code);
     makeRoom(*loaded, plan, code.stack);
