@@ -349,6 +349,18 @@ TEST_F(SceneChanges, OfUnusedObjects) {
     EXPECT_EQ(scenesOf([&] { ok(rtProgramDestroy(idle)); }), 0);
     EXPECT_EQ(scenesOf([&] { ok(rtMaterialDestroy(paint)); }), 0);
     EXPECT_EQ(scenesOf([&] { ok(rtVariableSet1f(variable("nobody_reads"), 1)); }), 0);
+    const RTgroup hidden = groupOf({});
+    RTtexturesampler sampler = nullptr;
+    ok(rtTextureSamplerCreate(context_, &sampler));
+    for (const RTobject value : {RTobject(hidden), RTobject(sampler)}) {
+        RTvariable unread = nullptr;
+        EXPECT_EQ(scenesOf([&] {
+                      ok(rtContextDeclareVariable(context_, "unread", &unread));
+                      ok(rtVariableSetObject(unread, value));
+                  }),
+                  0);
+        EXPECT_EQ(scenesOf([&] { ok(rtContextRemoveVariable(context_, unread)); }), 0);
+    }
     idle = program("multiply");
     EXPECT_EQ(scenesOf([&] { ok(rtProgramGetId(idle, &id)); }), 1) << "it gets a record";
     EXPECT_EQ(scenesOf([&] { ok(rtProgramDestroy(idle)); }), 1);

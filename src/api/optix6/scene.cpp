@@ -143,7 +143,8 @@ void Scene::visitNode(const std::shared_ptr<Node>& node, std::vector<const Node*
     order_.push_back(node);
 }
 
-// Collects the nodes that programs can reach: those of variables and everything below them.
+// Collects the nodes that programs can reach: those of variables that a program reads, and
+// everything below them.
 void Scene::collectNodes() {
     order_.clear();
     seen_.clear();
@@ -151,7 +152,7 @@ void Scene::collectNodes() {
         const std::shared_ptr<Variable> variable = ref.lock();
         const std::shared_ptr<Object> object = variable ? variable->object.lock() : nullptr;
         std::vector<const Node*> path;
-        if (object && isNode(object->kind))
+        if (object && isNode(object->kind) && variable->isRead())
             visitNode(std::static_pointer_cast<Node>(object), path);
     }
 }
@@ -521,7 +522,7 @@ void Scene::collectSamplers() {
     for (const Ref<Variable>& ref : context_.variables) {
         const std::shared_ptr<Variable> variable = ref.lock();
         const std::shared_ptr<Object> object = variable ? variable->object.lock() : nullptr;
-        if (!object || object->kind != Kind::kTextureSampler)
+        if (!object || object->kind != Kind::kTextureSampler || !variable->isRead())
             continue;
         object->isInScene = true;
         samplers_.emplace_back(variable, std::static_pointer_cast<TextureSampler>(object));

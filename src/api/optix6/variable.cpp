@@ -61,11 +61,16 @@ void Variable::set(RTobjecttype wanted, const void* data, size_t size) {
     writeUsers();
 }
 
+bool Variable::isRead() const {
+    return !scoped_ || context()->isRead(name);
+}
+
+// The scene searches the variables of all objects for nodes and samplers.
 bool Variable::isSeen() const {
     const std::shared_ptr<Object> value = object.lock();
-    if (!scoped_ || (value && (isNode(value->kind) || value->kind == Kind::kTextureSampler)))
-        return true;
-    return scoped_->isInScene && context()->isRead(name);
+    const bool isSearched =
+        !scoped_ || (value && (isNode(value->kind) || value->kind == Kind::kTextureSampler));
+    return (isSearched || scoped_->isInScene) && isRead();
 }
 
 void Variable::releaseBuffer() {

@@ -36,9 +36,10 @@ public:
     };
     std::vector<User> users;
     void writeUsers() const;
-    // Whether the scene may depend on the variable: programs may read it, or its value has a kind
-    // for which the scene searches all variables.
+    // Whether the scene may depend on the variable.
     bool isSeen() const;
+    // Whether a program has a variable with this name.
+    bool isRead() const;
 
 private:
     const Object* const scoped_; // owns the variable as long as calls can refer to it
