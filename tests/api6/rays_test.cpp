@@ -366,6 +366,21 @@ TEST_F(Selectors, NestBelowTransformsAndReadTheirOwnVariables) {
     EXPECT_EQ(r[4], 1);
 }
 
+// On GPUs up to four visit programs nest.
+TEST_F(Selectors, ManyNest) {
+    RTobject top = square(1, 5);
+    for (int depth = 1; depth <= 6; ++depth) {
+        top = selector({top});
+        if (depth <= 4 || !runsOnGpu()) {
+            EXPECT_EQ(shoot(top)[0], 1) << depth;
+            continue;
+        }
+        ok(rtVariableSetObject(variable("top_object"), top));
+        fails(RT_ERROR_LAUNCH_FAILED, rtContextLaunch1D(context_, 0, 1),
+              "more than 4 visit programs");
+    }
+}
+
 TEST_F(Selectors, TerminatedRaysEndTheVisit) {
     choose(-1);
     const std::vector<float> r =

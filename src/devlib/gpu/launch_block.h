@@ -80,6 +80,7 @@ enum FatalCode : int32_t {
     kFatalExceptionRecord = -1001, // holds no exception group of the pipeline
     kFatalGraphTooDeep = -1002,    // the structures on a path are too deep in total
     kFatalAssertion = -1003,       // a failed assertion
+    kFatalVisits = -1004,          // more nested visit programs than kMostNestedVisits
 };
 
 // Spaces on a path, without the world's: those of the deepest graph that the property

@@ -505,7 +505,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     SUNSTONE_INLINE_MEMBER void enterVisit(walk::Ray& ray, uint64_t handle) {
         const auto* const node = reinterpret_cast<const VisitNode*>(addressOf(handle));
         if (++this->visits > kMostNestedVisits)
-            endLaunch(state, kFatalGraphTooDeep);
+            endLaunch(state, kFatalVisits);
         showVisit(node, ray.origin, ray.direction, ray.tmax);
         sunstone_gpu_visit(state, groupOf(*state->launch, node->record, kGroupVisit));
         ray.tmax = state->tmax;

@@ -30,6 +30,9 @@ std::string nameOfFatal(int32_t code) {
                "GPUs: more than 16 of them, with trees as deep as they can be";
     case devlib::kFatalAssertion:
         return "failed assertion";
+    case devlib::kFatalVisits:
+        return message("more than ", devlib::kMostNestedVisits,
+                       " visit programs of selectors are nested, the limit of GPUs");
     default:
         return {};
     }
