@@ -363,40 +363,72 @@ TEST_F(Programs, BoundCallablesMayCallThemselves) {
     EXPECT_EQ(sum(), 3055);
 }
 
-// Each searches its variables in the scopes of its callers, in their order.
-TEST_F(Programs, BoundCallablesHaveALimitedNumberOfCallers) {
-    const auto nameOf = [](unsigned i) { return "called_" + std::to_string(i); };
-    const auto refusal = [&] {
-        EXPECT_EQ(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1));
-        const char* text = nullptr;
-        rtContextGetErrorString(context_, RT_ERROR_INVALID_VALUE, &text);
-        return std::string(text);
-    };
-    RTprogram programs[6][8] = {};
-    RTvariable own = nullptr;
-    for (auto& layer : programs)
-        for (RTprogram& each : layer) {
-            each = program("call_all");
-            ok(rtProgramDeclareVariable(each, "scoped", &own));
-            ok(rtVariableSet1f(own, 1));
+// Eight programs that call each other. Each searches its variables in the scopes of its callers.
+class MutualCallables : public Classic {
+protected:
+    void SetUp() override {
+        Classic::SetUp();
+        for (unsigned i = 0; i < 8; ++i) {
+            programs_.push_back(program("call_all"));
+            ok(rtVariableSetObject(variable(nameOf(i).c_str()), programs_[i]));
         }
-    ok(rtContextSetRayGenerationProgram(context_, 0, program("call_eight")));
-    for (unsigned i = 0; i < 8; ++i)
-        ok(rtVariableSetObject(variable(nameOf(i).c_str()), programs[0][i]));
-    EXPECT_NE(refusal().find("longer than 256"), std::string::npos) << "each calls all";
+        ok(rtVariableSet1f(variable("scoped"), 1));
+        ok(rtContextSetRayGenerationProgram(context_, 0, program("call_eight")));
+    }
+    static std::string nameOf(unsigned i) { return "called_" + std::to_string(i % 8); }
+    // A variable of the program that calls another program.
+    void declareCall(RTprogram owner, unsigned name, RTprogram callee) {
+        RTvariable made = nullptr;
+        ok(rtProgramDeclareVariable(owner, nameOf(name).c_str(), &made));
+        ok(rtVariableSetObject(made, callee));
+    }
+    // A number of the program.
+    void declareData(RTprogram owner, const char* name) {
+        RTvariable made = nullptr;
+        ok(rtProgramDeclareVariable(owner, name, &made));
+        ok(rtVariableSet1f(made, 1));
+    }
+    float launched() {
+        ok(rtContextLaunch1D(context_, 0, 1));
+        return results()[0];
+    }
+    std::vector<RTprogram> programs_;
+};
 
-    for (unsigned layer = 0; layer < 6; ++layer)
-        for (const RTprogram each : programs[layer])
-            for (unsigned i = 0; i < 8; ++i) {
-                ok(rtProgramDeclareVariable(each, nameOf(i).c_str(), &own));
-                ok(rtVariableSetObject(own, layer < 5 ? programs[layer + 1][i] : each));
-            }
-    EXPECT_NE(refusal().find("more than 20000 chains"), std::string::npos) << "layers";
+TEST_F(MutualCallables, WithVariablesOfOneName) {
+    for (const RTprogram each : programs_)
+        declareData(each, "scoped");
+    EXPECT_EQ(launched(), 8);
+}
 
+TEST_F(MutualCallables, WithVariablesOfDifferentNames) {
     for (unsigned i = 0; i < 8; ++i)
-        ok(rtVariableSetObject(variable(nameOf(i).c_str()), programs[5][i]));
-    ok(rtContextLaunch1D(context_, 0, 1));
-    EXPECT_EQ(results()[0], 8);
+        declareData(programs_[i], ("own_" + std::to_string(i)).c_str());
+    EXPECT_EQ(launched(), 8);
+}
+
+TEST_F(MutualCallables, HaveALimitedNumberOfCallers) {
+    for (unsigned i = 0; i < 8; ++i)
+        for (const unsigned name : {i, i + 1})
+            declareCall(programs_[i], name, programs_[name % 8]);
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "longer than 256");
+}
+
+// Layers in which each program calls all programs of the next one.
+TEST_F(MutualCallables, HaveALimitedNumberOfChains) {
+    constexpr unsigned kLayers = 6;
+    RTprogram layers[kLayers][8] = {};
+    for (unsigned layer = 0; layer < kLayers; ++layer)
+        for (unsigned i = 0; i < 8; ++i) {
+            layers[layer][i] = layer ? program("call_all") : programs_[i];
+            declareData(layers[layer][i], ("own_" + std::to_string(8 * layer + i)).c_str());
+        }
+    for (unsigned layer = 0; layer < kLayers; ++layer)
+        for (unsigned i = 0; i < 8; ++i)
+            for (unsigned name = 0; name < 8; ++name)
+                declareCall(layers[layer][i], name,
+                            layer + 1 < kLayers ? layers[layer + 1][name] : layers[layer][i]);
+    fails(RT_ERROR_INVALID_VALUE, rtContextLaunch1D(context_, 0, 1), "more than 20000 chains");
 }
 
 TEST_F(Programs, CallablesTakeAndReturnStructures) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 
 namespace sunstone::optix6 {
 
@@ -53,6 +54,46 @@ std::string mismatch(const DeviceVariable& wanted, const Variable& given) {
     if (given.bytes.size() != wanted.bytes)
         return message("has ", given.bytes.size(), " bytes, but the program's has ", wanted.bytes);
     return {};
+}
+
+bool callsBound(const Program& program) {
+    const auto& list = program.code->variables.list;
+    return std::any_of(list.begin(), list.end(), isBoundProgram);
+}
+
+// Variables without a value hide none.
+template <class Condition>
+bool anyValue(const Scope& scope, const Condition& condition) {
+    return std::any_of(scope.list.begin(), scope.list.end(), [&](const auto& variable) {
+        return variable->type != RT_OBJECTTYPE_UNKNOWN && condition(variable->name);
+    });
+}
+
+bool hasValue(const Scope& scope, const std::string& name) {
+    return anyValue(scope, [&](const std::string& each) { return each == name; });
+}
+
+// One form of all lists of scopes in which each search has the same result: it lacks the scopes
+// whose variables are all hidden, and scopes without common names are in order of their addresses.
+std::vector<const Scope*> canonical(const std::vector<const Scope*>& scopes) {
+    std::vector<const Scope*> made;
+    for (const Scope* scope : scopes) {
+        const bool isVisible = anyValue(*scope, [&](const std::string& name) {
+            return std::none_of(made.begin(), made.end(),
+                                [&](const Scope* before) { return hasValue(*before, name); });
+        });
+        if (!isVisible)
+            continue;
+        auto first = made.end(); // the scope may go before each scope from here on
+        while (first != made.begin() && !anyValue(*scope, [&](const std::string& name) {
+                   return hasValue(**std::prev(first), name);
+               }))
+            --first;
+        const auto place = std::find_if(
+            first, made.end(), [&](const Scope* other) { return std::less<>()(scope, other); });
+        made.insert(place, scope);
+    }
+    return made;
 }
 
 } // namespace
@@ -166,15 +207,18 @@ const void* Scene::block(const Program& program, Scopes scopes) {
 // The number by which a variable calls the program. The program's variables are searched in its own
 // scope, then in those of the caller. The program may call itself through its variables, so its
 // number is known before its block.
-int Scene::boundCallable(const Program& program, const Scopes& scopes) {
+int Scene::boundCallable(const Program& program, Scopes scopes) {
+    scopes = withOwn(program, std::move(scopes));
+    if (callsBound(program))
+        scopes = canonical(scopes);
     const auto [known, isNew] =
-        boundCallables_.try_emplace({&program, withOwn(program, scopes)}, int(callables_.size()));
+        boundCallables_.try_emplace({&program, scopes}, int(callables_.size()));
     const int number = known->second;
     if (!isNew) {
         bindsCycle_ |= callables_[size_t(number)].blocks[devlib::kBlockMain] == nullptr;
         return number;
     }
-    // Programs that are bound to each other search in many orders of their scopes.
+    // Programs that are bound to each other may search in many orders of their scopes.
     constexpr size_t kDeepest = 256, kMostOfOne = 20000;
     if (boundDepth_ == 0)
         boundBefore_ = callables_.size();

@@ -91,7 +91,7 @@ private:
     const void* block(const Program& program, Scopes scopes);
     std::shared_ptr<Variable> resolve(const compiler::optix6::DeviceVariable& wanted,
                                       const ProgramCode& code, const Scopes& scopes) const;
-    int boundCallable(const Program& program, const Scopes& scopes);
+    int boundCallable(const Program& program, Scopes scopes);
     devlib::ClassicRecord record(devlib::GroupKind kind, const std::vector<RoleProgram>& programs);
 
     // structures.cpp
