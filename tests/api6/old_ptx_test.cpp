@@ -240,5 +240,56 @@ TEST_F(OldPtx, UnknownLookupsAreRefused) {
     EXPECT_NE(rtContextLaunch1D(context_, 0, 1), RT_SUCCESS);
 }
 
+// Compilers that do not optimise pass operands through memory. The function has more such operands
+// than LLVM's EarlyCSE pass forwards, and their memory is known to another function.
+TEST_F(OldPtx, OperandsPassThroughMemory) {
+    std::string text = R"(.version 4.3
+.target sm_20
+.address_size 64
+.visible .global .align 1 .b8 words[1];
+.func touch(.param .b64 place)
+{
+.reg .b64 %rd<2>;
+.reg .b32 %r<2>;
+mov.u32 %r1, 0;
+ld.param.u64 %rd1, [place];
+st.u32 [%rd1], %r1;
+ret;
+}
+.visible .entry count()
+{
+.local .align 8 .b8 memory[32];
+.reg .b64 %rd<9>;
+.reg .b32 %r<9>;
+mov.u64 %rd7, memory;
+cvta.local.u64 %rd8, %rd7;
+{
+.param .b64 place;
+st.param.b64 [place], %rd8;
+call touch, (place);
+}
+mov.u64 %rd1, words;
+mov.u64 %rd3, 0;
+mov.u32 %r5, 1;
+mov.u32 %r6, 4;
+)";
+    for (unsigned i = 0; i < 300; ++i)
+        text += "mov.u64 %rd2, " + std::to_string(i % 4) +
+                ";\nst.u32 [%rd8+16], %r5;\nst.u32 [%rd8+20], %r6;\nst.u64 [%rd8+24], %rd2;\n"
+                "ld.u32 %r1, [%rd8+16];\nld.u32 %r2, [%rd8+20];\nld.u64 %rd2, [%rd8+24];\n"
+                "call (%rd4), _rt_buffer_get_64, (%rd1, %r1, %r2, %rd2, %rd3, %rd3, %rd3);\n"
+                "ld.u32 %r3, [%rd4];\nadd.u32 %r3, %r3, 1;\nst.u32 [%rd4], %r3;\n";
+    RTprogram made = nullptr;
+    ok(rtProgramCreateFromPTXString(context_, (text + "ret;\n}\n").c_str(), "count", &made));
+    ok(rtContextSetRayGenerationProgram(context_, 0, made));
+    fill(words_, std::vector<unsigned>{0, 10, 20, 30});
+    ok(rtContextLaunch1D(context_, 0, 1));
+    void* data = nullptr;
+    ok(rtBufferMap(words_, &data));
+    for (unsigned i = 0; i < 4; ++i)
+        EXPECT_EQ(static_cast<unsigned*>(data)[i], 10 * i + 75);
+    ok(rtBufferUnmap(words_));
+}
+
 } // namespace
 } // namespace sunstone::api6

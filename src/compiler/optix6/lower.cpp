@@ -12,6 +12,7 @@
 #include "compiler/optix6/variables.h"
 #include "compiler/translate/callable.h"
 #include "compiler/translate/lowering.h"
+#include "compiler/translate/stored_constant.h"
 #include "devlib/classic.h"
 
 #include <llvm/IR/MDBuilder.h>
@@ -649,7 +650,7 @@ private:
 
     // Operands: buffer, dimensions, bytes of an element, four indices.
     Value* element() {
-        const auto* dimensions = llvm::dyn_cast<llvm::ConstantInt>(argument(1));
+        const llvm::ConstantInt* dimensions = storedConstant(argument(1));
         const unsigned count =
             dimensions ? unsigned(std::min<uint64_t>(dimensions->getZExtValue(), 3)) : 3;
         Value* buffer = view();
@@ -663,9 +664,10 @@ private:
             linear = builder_.CreateAdd(linear, builder_.CreateMul(index, row));
             row = builder_.CreateMul(row, extent(buffer, i));
         }
-        Value* bytes = argument(2);
+        const llvm::ConstantInt* size = storedConstant(argument(2));
+        Value* bytes = size ? builder_.getInt32(uint32_t(size->getZExtValue())) : argument(2);
         const bool byId = intrinsic_->number == kBufferId;
-        if (byId || !hasFittingBuffers() || !llvm::isa<llvm::ConstantInt>(bytes))
+        if (byId || !hasFittingBuffers() || !size)
             inside = builder_.CreateAnd(
                 inside,
                 builder_.CreateICmpULE(

@@ -4,9 +4,9 @@
 
 #include "base/error.h"
 #include "compiler/optix7/program_kind.h"
-#include "compiler/optix7/stored_constant.h"
 #include "compiler/translate/callable.h"
 #include "compiler/translate/lowering.h"
+#include "compiler/translate/stored_constant.h"
 #include "texture/device_functions.h"
 
 namespace sunstone::compiler {

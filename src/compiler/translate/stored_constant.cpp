@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // See stored_constant.h.
-#include "compiler/optix7/stored_constant.h"
+#include "compiler/translate/stored_constant.h"
 
 #include <llvm/IR/DataLayout.h>
 #include <llvm/IR/InstrTypes.h>
