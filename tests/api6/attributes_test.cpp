@@ -259,6 +259,26 @@ TEST_F(Attributes, UsageReportsHaveTheLevelsOfTheManual) {
 
 // ---- buffers, samplers ------------------------------------------------------------------------
 
+TEST_F(Attributes, BuffersOfProgramsMustBeComplete) {
+    RTbuffer made = nullptr;
+    ok(rtBufferCreate(context_, RT_BUFFER_OUTPUT, &made));
+    ok(rtVariableSetObject(variable("result"), made));
+    ok(rtVariableSet1f(variable("scoped"), 3));
+    setEntry("write_scoped");
+    const auto isRefused = [&](const char* what) {
+        const std::string text = std::string("\"result\" of program \"write_scoped\" has ") + what;
+        fails(RT_ERROR_INVALID_CONTEXT, rtContextValidate(context_), text);
+        fails(RT_ERROR_INVALID_CONTEXT, rtContextLaunch1D(context_, 0, 1), text);
+    };
+    isRefused("no format");
+    ok(rtBufferSetFormat(made, RT_FORMAT_USER));
+    isRefused("the format RT_FORMAT_USER and no element size");
+    ok(rtBufferSetElementSize(made, 4));
+    isRefused("no size");
+    ok(rtBufferSetSize1D(made, 0));
+    ok(rtContextLaunch1D(context_, 0, 1));
+}
+
 TEST_F(Attributes, FormatsAndSizesOfBuffers) {
     RTbuffer made = nullptr;
     ok(rtBufferCreate(context_, RT_BUFFER_INPUT, &made));

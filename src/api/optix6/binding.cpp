@@ -120,8 +120,13 @@ std::shared_ptr<Variable> Scene::resolve(const DeviceVariable& wanted, const Pro
     if (!problem.empty())
         refuse(RT_ERROR_TYPE_MISMATCH, "variable \"", wanted.name, "\" of program \"", code.name,
                "\" ", problem);
-    if (const auto object = found->object.lock(); object && object->kind == Kind::kBuffer)
-        static_cast<const Buffer&>(*object).requireRegistered();
+    if (const auto object = found->object.lock(); object && object->kind == Kind::kBuffer) {
+        const auto& buffer = static_cast<const Buffer&>(*object);
+        buffer.requireRegistered();
+        if (const std::string what = buffer.missing(); !what.empty())
+            refuse(RT_ERROR_INVALID_CONTEXT, "the buffer of variable \"", wanted.name,
+                   "\" of program \"", code.name, "\" has ", what);
+    }
     return found;
 }
 

@@ -302,15 +302,18 @@ void Buffer::requireRegistered() const {
                ", which is not registered");
 }
 
+std::string Buffer::missing() const {
+    if (format == RT_FORMAT_UNKNOWN)
+        return "no format";
+    if (elementBytes_ == 0)
+        return "the format RT_FORMAT_USER and no element size";
+    return dimensions == 0 ? "no size" : "";
+}
+
 void Buffer::validate() const {
     requireRegistered();
-    if (format == RT_FORMAT_UNKNOWN)
-        refuse(RT_ERROR_INVALID_CONTEXT, "the buffer has no format");
-    if (elementBytes_ == 0)
-        refuse(RT_ERROR_INVALID_CONTEXT,
-               "the buffer has the format RT_FORMAT_USER and no element size");
-    if (dimensions == 0)
-        refuse(RT_ERROR_INVALID_CONTEXT, "the buffer has no size");
+    if (const std::string what = missing(); !what.empty())
+        refuse(RT_ERROR_INVALID_CONTEXT, "the buffer has ", what);
     if (extents_[0] == 0)
         return;
     requireLevels(mipLevels); // the size may have changed since

@@ -38,6 +38,8 @@ public:
     // Reads all bytes of all levels, on any device.
     void read(void* to) const;
     void write(std::string_view all);
+    // The property that programs need and the buffer lacks; empty if it is complete.
+    std::string missing() const;
     // Throws RT_ERROR_INVALID_CONTEXT if a property is missing.
     void validate() const;
 
