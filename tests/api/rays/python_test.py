@@ -104,6 +104,8 @@ class Queries(unittest.TestCase):
             sunstone.Scene(self.vertices.astype(float))
         with self.assertRaisesRegex(ValueError, r"\(n, 3\)"):
             sunstone.Scene(self.vertices.reshape(-1))
+        with self.assertRaisesRegex(ValueError, r"vertices must have shape \(n, 3\)"):
+            sunstone.Scene(np.zeros((3, 2), np.float32))
         with self.assertRaisesRegex(ValueError, "int32"):
             sunstone.Scene(self.vertices, np.zeros((1, 3), np.int64))
         with self.assertRaisesRegex(ValueError, "contiguous"):

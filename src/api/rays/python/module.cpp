@@ -253,13 +253,17 @@ PYBIND11_MODULE(sunstone, module) {
     module.def("rays", &makeRays, py::arg("origins"), py::arg("directions"), py::arg("tmin") = 0.0f,
                py::arg("tmax") = infinity,
                "Rays as an array (n, 8): origin, tmin, direction, tmax. One origin serves all.");
+    constexpr const char* kMesh =
+        "A mesh: vertices (n, 3) float32, triangles (m, 3) int32; without triangles every three "
+        "vertices are one. Arrays in memory of a CUDA device make a scene there.";
     py::class_<Scene>(module, "Scene")
+        // Before the list of pairs, because pybind11 takes an array of two columns for one.
+        .def(py::init<const py::array&, const py::object&>(), py::arg("vertices").noconvert(),
+             py::arg("triangles") = py::none(), kMesh)
         .def(py::init<const std::vector<std::pair<py::object, py::object>>&>(),
              py::arg("instances"), "A list of (scene, matrix): 3 x 4 or 4 x 4, object to world.")
         .def(py::init<const py::object&, const py::object&>(), py::arg("vertices"),
-             py::arg("triangles") = py::none(),
-             "A mesh: vertices (n, 3) float32, triangles (m, 3) int32; without triangles every "
-             "three vertices are one. Arrays in memory of a CUDA device make a scene there.")
+             py::arg("triangles") = py::none(), kMesh)
         .def(
             "closest",
             [](const Scene& s, const py::object& rays, const py::object& out) {
