@@ -409,7 +409,26 @@ SUNSTONE_OPTIX_DEVICE void rtPrintf(const char* fmt, T1 arg1, Rest... rest) {
 }
 
 SUNSTONE_OPTIX_DEVICE void rtPrintExceptionDetails() {
-    rtPrintf("Exception 0x%x\n", rtGetExceptionCode());
+    const unsigned int code = rtGetExceptionCode();
+    switch (code) {
+#define SUNSTONE_CAUGHT(name)                                                                      \
+    case name:                                                                                     \
+        return rtPrintf("Caught " #name "\n");
+        SUNSTONE_CAUGHT(RT_EXCEPTION_PAYLOAD_ACCESS_OUT_OF_BOUNDS)
+        SUNSTONE_CAUGHT(RT_EXCEPTION_USER_EXCEPTION_CODE_OUT_OF_BOUNDS)
+        SUNSTONE_CAUGHT(RT_EXCEPTION_TRACE_DEPTH_EXCEEDED)
+        SUNSTONE_CAUGHT(RT_EXCEPTION_PROGRAM_ID_INVALID)
+        SUNSTONE_CAUGHT(RT_EXCEPTION_TEXTURE_ID_INVALID)
+        SUNSTONE_CAUGHT(RT_EXCEPTION_BUFFER_ID_INVALID)
+        SUNSTONE_CAUGHT(RT_EXCEPTION_INDEX_OUT_OF_BOUNDS)
+        SUNSTONE_CAUGHT(RT_EXCEPTION_STACK_OVERFLOW)
+        SUNSTONE_CAUGHT(RT_EXCEPTION_BUFFER_INDEX_OUT_OF_BOUNDS)
+        SUNSTONE_CAUGHT(RT_EXCEPTION_INVALID_RAY)
+        SUNSTONE_CAUGHT(RT_EXCEPTION_INTERNAL_ERROR)
+#undef SUNSTONE_CAUGHT
+    default:
+        rtPrintf("Caught RT_EXCEPTION_USER + %u\n", code - RT_EXCEPTION_USER);
+    }
 }
 
 #include "internal/optix_device_textures.h"

@@ -121,6 +121,9 @@ RT_PROGRAM void trap() {
 RT_PROGRAM void note_exception() {
     result[1] = float(rtGetExceptionCode());
 }
+RT_PROGRAM void print_exception() {
+    rtPrintExceptionDetails();
+}
 rtDeclareVariable(unsigned, thrown, , );
 RT_PROGRAM void throw_code() {
     result[0] = 1;

@@ -238,6 +238,19 @@ TEST_F(Programs, PrintWhereThePrintIndexAllows) {
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "index 2\n");
 }
 
+TEST_F(Programs, PrintTheNamesOfExceptions) {
+    ok(rtContextSetPrintEnabled(context_, 1));
+    ok(rtContextSetExceptionProgram(context_, 0, program("print_exception")));
+    ok(rtContextSetExceptionEnabled(context_, RT_EXCEPTION_ALL, 1));
+    testing::internal::CaptureStdout();
+    launch("throw_user");
+    ok(rtVariableSet1ui(variable("thrown"), 1));
+    launch("throw_code");
+    EXPECT_EQ(testing::internal::GetCapturedStdout(),
+              "Caught RT_EXCEPTION_USER + 7\n"
+              "Caught RT_EXCEPTION_USER_EXCEPTION_CODE_OUT_OF_BOUNDS\n");
+}
+
 TEST_F(Programs, BuffersOfAnotherTypeAreRefused) {
     const RTbuffer bytes = filled<uint8_t>(RT_FORMAT_UNSIGNED_BYTE, std::vector<uint8_t>(64, 9));
     ok(rtVariableSet1f(variable("scoped"), 10));
