@@ -17,6 +17,8 @@ namespace sunstone::compiler {
 namespace {
 
 constexpr const char* kKind = "sunstone.access";
+constexpr const char* kKernelCheck = "sunstone_check_kernel";
+constexpr const char* kProgramCheck = "sunstone_check_program";
 enum Field : unsigned { kNumber, kBytes, kVerb, kSpace, kLine, kOffset, kFunction, kPlace };
 
 uint64_t numberOf(const llvm::MDNode& node, Field field) {
@@ -73,7 +75,7 @@ public:
         auto* pointer = llvm::PointerType::getUnqual(context_);
         auto* word = llvm::Type::getInt64Ty(context_);
         check_ = module.getOrInsertFunction(
-            isKernels ? "sunstone_check_kernel" : "sunstone_check_program",
+            isKernels ? kKernelCheck : kProgramCheck,
             llvm::FunctionType::get(llvm::Type::getVoidTy(context_),
                                     {pointer, word, pointer, word, word}, false));
         llvm::cast<llvm::Function>(check_.getCallee())->addFnAttr(llvm::Attribute::NoUnwind);
@@ -182,6 +184,12 @@ llvm::PreservedAnalyses CheckAccessesPass::run(llvm::Module& module, llvm::Modul
     for (llvm::Instruction* access : accesses)
         instrumenter.instrument(*access);
     return llvm::PreservedAnalyses::none();
+}
+
+bool isAccessCheck(const llvm::Instruction& instruction) {
+    const auto* call = llvm::dyn_cast<llvm::CallInst>(&instruction);
+    const llvm::Function* callee = call ? call->getCalledFunction() : nullptr;
+    return callee && (callee->getName() == kKernelCheck || callee->getName() == kProgramCheck);
 }
 
 } // namespace sunstone::compiler

@@ -34,4 +34,7 @@ struct CheckAccessesPass : llvm::PassInfoMixin<CheckAccessesPass> {
     bool isKernels; // else programs: whose check function the code calls
 };
 
+// Whether an instruction is a call that the pass has added. It writes no memory of the program.
+bool isAccessCheck(const llvm::Instruction& instruction);
+
 } // namespace sunstone::compiler

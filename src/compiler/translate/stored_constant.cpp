@@ -2,6 +2,8 @@
 // See stored_constant.h.
 #include "compiler/translate/stored_constant.h"
 
+#include "compiler/passes/check_accesses.h"
+
 #include <llvm/IR/DataLayout.h>
 #include <llvm/IR/InstrTypes.h>
 #include <llvm/IR/Instructions.h>
@@ -37,7 +39,7 @@ const llvm::StoreInst* lastStore(const llvm::LoadInst& load) {
     if (!place)
         return nullptr;
     for (const llvm::Instruction* i = load.getPrevNode(); i; i = i->getPrevNode()) {
-        if (!i->mayWriteToMemory() || llvm::isa<llvm::DbgInfoIntrinsic>(i))
+        if (!i->mayWriteToMemory() || llvm::isa<llvm::DbgInfoIntrinsic>(i) || isAccessCheck(*i))
             continue;
         const auto* store = llvm::dyn_cast<llvm::StoreInst>(i);
         if (!store)
