@@ -345,6 +345,9 @@ TEST_F(Graphs, MemoryOfACapture) {
     EXPECT_EQ(cuMemsetD32Async(scratch, 3, 64, stream), CUDA_SUCCESS);
     EXPECT_EQ(cuMemcpyDtoDAsync(memory, scratch, 256, stream), CUDA_SUCCESS);
     EXPECT_EQ(cuMemFreeAsync(scratch, stream), CUDA_SUCCESS);
+    CUevent event = nullptr; // outlives the graph
+    ASSERT_EQ(cuEventCreate(&event, CU_EVENT_DISABLE_TIMING), CUDA_SUCCESS);
+    EXPECT_EQ(cuEventRecord(event, stream), CUDA_SUCCESS);
     CUgraph graph = nullptr;
     ASSERT_EQ(cuStreamEndCapture(stream, &graph), CUDA_SUCCESS);
     CUgraphExec exec = nullptr;
@@ -356,6 +359,7 @@ TEST_F(Graphs, MemoryOfACapture) {
     EXPECT_EQ(word(63), 3u);
     EXPECT_EQ(cuGraphExecDestroy(exec), CUDA_SUCCESS);
     EXPECT_EQ(cuMemsetD8(scratch, 0, 1), CUDA_ERROR_INVALID_VALUE); // destroyed with its graph
+    EXPECT_EQ(cuEventDestroy(event), CUDA_SUCCESS);
 }
 
 // Failing device code in a graph breaks its context; the executable graph can still be destroyed,

@@ -43,7 +43,7 @@ CapturedMark Streams::captureState(const StreamPtr& stream) {
     std::lock_guard lock(order_);
     if (!validCapture(stream))
         return {};
-    return {stream->capture_, stream->tips_};
+    return {stream->capture_, stream->capture_->graph, stream->tips_};
 }
 
 void Streams::setTips(const StreamPtr& stream, std::vector<GraphNode*> tips) {
@@ -115,13 +115,14 @@ std::shared_ptr<Graph> Streams::endCapture(const StreamPtr& stream) {
         other->tips_.clear();
     }
     ended->ended = true;
+    std::shared_ptr<Graph> graph = std::move(ended->graph);
     std::erase(captures_, ended);
     if (ended->invalidated)
         throw CaptureError(CaptureError::kInvalidated, "the capture was invalidated earlier");
     if (!joined)
         throw CaptureError(CaptureError::kUnjoined,
                            "another stream joined the capture and did not come back");
-    return ended->graph;
+    return graph;
 }
 
 void Streams::waitForCaptured(const StreamPtr& stream, const CapturedMark& mark) {

@@ -11,6 +11,7 @@ void Event::record(const StreamPtr& stream) {
         mark = streams().submit(stream, nullptr);
     else if (captured.capture->invalidated)
         throw CaptureError(CaptureError::kInvalidated, "the stream's capture is invalid");
+    captured.graph = nullptr;
     std::lock_guard lock(mutex_);
     mark_ = std::move(mark);
     captured_ = std::move(captured);

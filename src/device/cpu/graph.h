@@ -175,14 +175,15 @@ struct Capture {
     Mode mode = kGlobal;
     std::thread::id thread;
     const Stream* origin = nullptr;
-    std::shared_ptr<Graph> graph;
+    std::shared_ptr<Graph> graph; // null after endCapture: marks of events outlive the graph
     std::atomic<bool> invalidated{false};
     std::atomic<bool> ended{false};
 };
 
-// The capture and tips that a captured event mark refers to.
+// The state of a capturing stream, and the capture and tips that the mark of an event refers to.
 struct CapturedMark {
     std::shared_ptr<Capture> capture;
+    std::shared_ptr<Graph> graph; // null in marks of events
     std::vector<GraphNode*> tips;
 };
 

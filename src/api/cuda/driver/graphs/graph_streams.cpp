@@ -40,7 +40,7 @@ CUresult captureInfo(CUstream stream, CUstreamCaptureStatus* status, cuuint64_t*
         if (id)
             *id = state.capture->id;
         if (graph)
-            *graph = handleOf(state.capture->graph);
+            *graph = handleOf(state.graph);
         // Valid until the thread's next call.
         auto& tips = threadObject<std::vector<CUgraphNode>>();
         tips.clear();
@@ -62,7 +62,7 @@ CUresult updateTips(CUstream stream, CUgraphNode* dependencies, const CUgraphEdg
         const cpu::CapturedMark state = cpu::streams().captureState(target);
         if (!state.capture)
             refuse(CUDA_ERROR_ILLEGAL_STATE, "the stream does not capture");
-        std::vector<cpu::GraphNode*> tips = nodesOf(*state.capture->graph, dependencies, count);
+        std::vector<cpu::GraphNode*> tips = nodesOf(*state.graph, dependencies, count);
         if (flags == CU_STREAM_ADD_CAPTURE_DEPENDENCIES)
             tips.insert(tips.end(), state.tips.begin(), state.tips.end());
         cpu::streams().setTips(target, std::move(tips));

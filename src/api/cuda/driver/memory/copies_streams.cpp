@@ -310,7 +310,7 @@ CUresult allocateAsync(const char* function, CUdeviceptr* address, size_t bytes,
         // Memory may exist earlier than stream order requires.
         *address = reinterpret_cast<CUdeviceptr>(allocateFromPool(pool, bytes));
         if (const cpu::CapturedMark state = cpu::streams().captureState(target); state.capture) {
-            ownByGraph(*state.capture->graph, *address);
+            ownByGraph(*state.graph, *address);
             cpu::streams().submit(target, nullptr, {}, {cpu::WorkKind::kAllocate, nullptr});
         }
     });
