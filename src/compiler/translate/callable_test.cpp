@@ -105,6 +105,15 @@ TEST_P(Callables, TwoLookupsThenTwoCalls) {
     EXPECT_EQ(fake.asked, (std::vector<uint64_t>{1, 2})); // once for each call
 }
 
+// Compilers that declare the functions of the API pass operands in .param variables.
+TEST_P(Callables, IntrinsicWithOperandsInVariables) {
+    run("{ .param .b32 x; .param .b64 y; st.param.b32 [x], %r2;\n"
+        "call.uni (y), _optix_call_direct_callable, (x); ld.param.b64 %rd1, [y]; }\n" +
+        callOf("%rd1", "%r1", "%r11") + "mov.u32 %r12, 0;");
+    EXPECT_EQ(out_[0], 301u);
+    EXPECT_EQ(fake.asked, (std::vector<uint64_t>{2}));
+}
+
 TEST_P(Callables, OneLookupServesCallsAroundAnother) {
     run("call (%rd1), _optix_call_direct_callable, (%r1);\n" + callOf("%rd1", "%r1", "%r11") +
         "call (%rd2), _optix_call_direct_callable, (%r3);\n" + callOf("%rd2", "%r1", "%r12") +

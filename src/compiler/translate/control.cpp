@@ -203,6 +203,36 @@ Value* FunctionTranslator::resolveCallee(const ptx::Instruction& instruction, Va
     return code;
 }
 
+Value* FunctionTranslator::memoryOf(const ptx::Operand& operand) const {
+    if (operand.kind != ptx::OperandKind::kSymbol)
+        return nullptr;
+    const auto found = locals_.find(operand.name);
+    return found == locals_.end() ? nullptr : found->second;
+}
+
+uint64_t FunctionTranslator::sizeOfMemory(const ptx::Operand& operand) const {
+    const auto found = localVariables_.find(operand.name);
+    return found == localVariables_.end() ? 0 : found->second->size;
+}
+
+Value* FunctionTranslator::readArgument(const ptx::Operand& operand, llvm::Type* type) {
+    Value* memory = memoryOf(operand);
+    if (!memory)
+        return readAs(operand, type);
+    if (sizeOfMemory(operand) * 8 < type->getPrimitiveSizeInBits())
+        reject(*current_, ErrorCode::kInvalidPtx, "argument variable is too small");
+    return builder_.CreateAlignedLoad(type, memory, llvm::Align(1));
+}
+
+void FunctionTranslator::writeResult(const ptx::Operand& operand, Value* value) {
+    Value* memory = memoryOf(operand);
+    if (!memory)
+        return write(operand, value);
+    if (sizeOfMemory(operand) * 8 < value->getType()->getPrimitiveSizeInBits())
+        reject(*current_, ErrorCode::kInvalidPtx, "result variable is too small");
+    builder_.CreateAlignedStore(value, memory, llvm::Align(1));
+}
+
 void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value* target,
                                       const Signature& signature,
                                       const std::vector<ptx::Variable>& results,
@@ -213,16 +243,6 @@ void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value
                message("call with ", instruction.arguments.size(), " arguments and ",
                        instruction.results.size(), " results; the callee has ", parameters.size(),
                        " and ", results.size()));
-    const auto memoryOf = [&](const ptx::Operand& operand) -> Value* {
-        if (operand.kind != ptx::OperandKind::kSymbol)
-            return nullptr;
-        const auto found = locals_.find(operand.name);
-        return found == locals_.end() ? nullptr : found->second;
-    };
-    const auto sizeOfMemory = [&](const ptx::Operand& operand) {
-        const auto found = localVariables_.find(operand.name);
-        return found == localVariables_.end() ? 0 : found->second->size;
-    };
     std::vector<Value*> arguments = {state()};
     std::vector<std::pair<Value*, const ptx::Operand*>> registerResults;
     if (!signature.returnsValue) {
@@ -250,24 +270,14 @@ void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value
             if (!memory)
                 reject(instruction, ErrorCode::kInvalidPtx, "aggregate argument must be a .param");
             arguments.push_back(memory);
-        } else if (memory) {
-            arguments.push_back(builder_.CreateAlignedLoad(type, memory, llvm::Align(1)));
         } else {
-            arguments.push_back(readAs(instruction.arguments[i], type));
+            arguments.push_back(readArgument(instruction.arguments[i], type));
         }
     }
     llvm::CallInst* result = builder_.CreateCall(signature.type, target, arguments);
     result->addFnAttr(llvm::Attribute::NoUnwind);
-    if (signature.returnsValue) {
-        const ptx::Operand& place = instruction.results[0];
-        if (Value* memory = memoryOf(place)) {
-            if (sizeOfMemory(place) < results[0].size)
-                reject(instruction, ErrorCode::kInvalidPtx, "result variable is too small");
-            builder_.CreateAlignedStore(result, memory, llvm::Align(1));
-        } else {
-            write(place, result);
-        }
-    }
+    if (signature.returnsValue)
+        writeResult(instruction.results[0], result);
     for (const auto& [memory, operand] : registerResults) {
         const ptx::Operand& place = *operand;
         write(place, builder_.CreateLoad(llvm::cast<llvm::AllocaInst>(memory)->getAllocatedType(),
@@ -301,17 +311,18 @@ void FunctionTranslator::callIntrinsic(const ptx::Instruction& instruction, std:
     llvm::Function* callee = unit_.intrinsic(*intrinsic, name);
     std::vector<Value*> arguments = {state()};
     for (size_t i = 0; i < instruction.arguments.size(); ++i)
-        arguments.push_back(readAs(instruction.arguments[i],
-                                   callee->getFunctionType()->getParamType(unsigned(i) + 1)));
+        arguments.push_back(readArgument(instruction.arguments[i],
+                                         callee->getFunctionType()->getParamType(unsigned(i) + 1)));
     llvm::CallInst* result = builder_.CreateCall(callee, arguments);
     setCallSite(unit_, *result, facts_, instruction,
                 intrinsic->namesLine ? sourcePlace(unit_, facts_, instruction) : std::string());
     if (instruction.results.size() == 1)
-        write(instruction.results[0], result);
+        writeResult(instruction.results[0], result);
     else
         for (size_t i = 0; i < instruction.results.size(); ++i)
             if (instruction.results[i].kind != ptx::OperandKind::kSink)
-                write(instruction.results[i], builder_.CreateExtractValue(result, unsigned(i)));
+                writeResult(instruction.results[i],
+                            builder_.CreateExtractValue(result, unsigned(i)));
 }
 
 } // namespace sunstone::compiler

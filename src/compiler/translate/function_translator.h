@@ -248,6 +248,11 @@ private:
     void callFunction(const ptx::Instruction& instruction, Value* target,
                       const Signature& signature, const std::vector<ptx::Variable>& results,
                       const std::vector<ptx::Variable>& parameters);
+    // The memory of a variable that an argument or a result of a call names; null for a register.
+    Value* memoryOf(const ptx::Operand& operand) const;
+    uint64_t sizeOfMemory(const ptx::Operand& operand) const;
+    Value* readArgument(const ptx::Operand& operand, llvm::Type* type);
+    void writeResult(const ptx::Operand& operand, Value* value);
     void emitTrap(ptx::Lockstep how = ptx::Lockstep::kTrap);
     void endAfterAssertion();
 
