@@ -414,6 +414,12 @@ TEST_F(Module, LaunchParametersMustBeConstant) {
                             "ld.global.u64 %rd1, [params]; ret; }\n"));
 }
 
+TEST_F(Module, LaunchParametersWithoutASize) {
+    expectRefused(OPTIX_ERROR_INVALID_LAUNCH_PARAMETER, "has no size",
+                  ptxModule(".extern .const .align 8 .b8 params[];\n"
+                            ".visible .entry __raygen__a() { ret; }\n"));
+}
+
 TEST_F(Module, BoundValues) {
     uint32_t value = 7;
     OptixModuleCompileBoundValueEntry entries[2] = {};

@@ -377,6 +377,9 @@ private:
         if (variable->space != ptx::Space::kConst)
             fail(ErrorCode::kInvalidLaunchParameter, "line ", variable->location.line,
                  ": the launch parameter variable \"", variable->name, "\" is not .const");
+        if (variable->size == 0) // .extern params[]
+            fail(ErrorCode::kInvalidLaunchParameter, "line ", variable->location.line,
+                 ": the launch parameter variable \"", variable->name, "\" has no size");
         summary.launchParamsSize = variable->size;
     }
 
