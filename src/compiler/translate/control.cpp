@@ -233,6 +233,18 @@ void FunctionTranslator::writeResult(const ptx::Operand& operand, Value* value) 
     builder_.CreateAlignedStore(value, memory, llvm::Align(1));
 }
 
+Value* FunctionTranslator::memoryForResult(const ptx::Operand& operand, uint64_t bytes) {
+    if (Value* memory = memoryOf(operand)) {
+        if (sizeOfMemory(operand) < bytes)
+            reject(*current_, ErrorCode::kInvalidPtx, "result variable is too small");
+        return memory;
+    }
+    if (bytes > 16)
+        reject(*current_, ErrorCode::kInvalidPtx, "aggregate result must be a .param");
+    llvm::IRBuilder<> top(entry_, entry_->begin());
+    return top.CreateAlloca(intType(unsigned(std::max<uint64_t>(1, bytes)) * 8));
+}
+
 void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value* target,
                                       const Signature& signature,
                                       const std::vector<ptx::Variable>& results,
@@ -247,18 +259,10 @@ void FunctionTranslator::callFunction(const ptx::Instruction& instruction, Value
     std::vector<std::pair<Value*, const ptx::Operand*>> registerResults;
     if (!signature.returnsValue) {
         for (size_t i = 0; i < results.size(); ++i) {
-            Value* memory = memoryOf(instruction.results[i]);
-            if (memory && sizeOfMemory(instruction.results[i]) < results[i].size)
-                reject(instruction, ErrorCode::kInvalidPtx, "result variable is too small");
-            if (!memory && results[i].size > 16)
-                reject(instruction, ErrorCode::kInvalidPtx, "aggregate result must be a .param");
-            if (!memory) {
-                llvm::IRBuilder<> top(entry_, entry_->begin());
-                memory =
-                    top.CreateAlloca(intType(unsigned(std::max<uint64_t>(1, results[i].size)) * 8));
-                registerResults.emplace_back(memory, &instruction.results[i]);
-            }
-            arguments.push_back(memory);
+            const ptx::Operand& place = instruction.results[i];
+            arguments.push_back(memoryForResult(place, results[i].size));
+            if (!memoryOf(place))
+                registerResults.emplace_back(arguments.back(), &place);
         }
     }
     for (size_t i = 0; i < parameters.size(); ++i) {

@@ -251,6 +251,8 @@ private:
     // The memory of a variable that an argument or a result of a call names; null for a register.
     Value* memoryOf(const ptx::Operand& operand) const;
     uint64_t sizeOfMemory(const ptx::Operand& operand) const;
+    // Memory to which a callee writes a result; temporary if the result goes to a register.
+    Value* memoryForResult(const ptx::Operand& operand, uint64_t bytes);
     Value* readArgument(const ptx::Operand& operand, llvm::Type* type);
     void writeResult(const ptx::Operand& operand, Value* value);
     void emitTrap(ptx::Lockstep how = ptx::Lockstep::kTrap);
