@@ -41,8 +41,9 @@ void Job::allocatePicture(unsigned width, unsigned height) {
 const std::vector<JobKind>& jobKinds() {
     static const std::vector<JobKind> kinds = [] {
         std::vector<JobKind> all;
-        for (const auto& jobs : {pathJobs(), surfaceJobs(), leafJobs(), motionJobs(), outdoorJobs(),
-                                 shapeJobs(), listJobs(), buildJobs(), secondJobs(), thirdJobs()})
+        for (const auto& jobs :
+             {pathJobs(), surfaceJobs(), leafJobs(), motionJobs(), outdoorJobs(), shapeJobs(),
+              listJobs(), buildJobs(), secondJobs(), thirdJobs(), fourthJobs()})
             all.insert(all.end(), jobs.begin(), jobs.end());
         return all;
     }();

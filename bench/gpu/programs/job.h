@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A whole program of bench_programs: its pipeline, its scene and its frame. The makers in
 // paths.cpp, surfaces.cpp and so on build one from scratch; run.cpp measures it. The programs of
-// the second and the third set (second/kit.h) are Applications.
+// the further sets (second/kit.h) are Applications.
 #pragma once
 
 #include "device/shared.h"
@@ -138,6 +138,8 @@ std::vector<JobKind> buildJobs();
 std::vector<JobKind> secondJobs();
 // The third set; third/list.cpp.
 std::vector<JobKind> thirdJobs();
+// The fourth set; fourth/list.cpp.
+std::vector<JobKind> fourthJobs();
 
 // The pipeline of a job, with its shader binding table.
 class JobPipeline {

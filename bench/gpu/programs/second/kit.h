@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts that the programs of the second and the third set share on the host: pipelines with the
+// Parts that the programs of the second and the later sets share on the host: pipelines with the
 // time that they take, records, structures, textures, CUDA kernels. Each program has launch
 // parameters, records and frames of its own.
 #pragma once

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes of the third set's scenes.
+// Meshes of the scenes of the third and the fourth set.
 #pragma once
 
 #include "../../../scenes.h"

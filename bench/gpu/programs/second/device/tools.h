@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions that device programs of the second set share.
+// Functions that device programs of the second and the later sets share.
 #pragma once
 
 #include "camera.h"
