@@ -5,7 +5,8 @@
 namespace bench {
 
 std::vector<JobKind> fourthJobs() {
-    return {interiorJob(), cityJob(), nestedGlassJob()};
+    return {interiorJob(),    cityJob(), nestedGlassJob(), voxelsJob(),
+            heightFieldJob(), csgJob(),  rigidBodiesJob()};
 }
 
 } // namespace bench

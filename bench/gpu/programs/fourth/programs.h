@@ -17,5 +17,9 @@ JobKind fourthJob(const char* name, const char* summary, double meanTolerance,
 JobKind interiorJob();
 JobKind cityJob();
 JobKind nestedGlassJob();
+JobKind voxelsJob();
+JobKind heightFieldJob();
+JobKind csgJob();
+JobKind rigidBodiesJob();
 
 } // namespace bench
