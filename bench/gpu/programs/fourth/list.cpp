@@ -5,8 +5,9 @@
 namespace bench {
 
 std::vector<JobKind> fourthJobs() {
-    return {interiorJob(),    cityJob(), nestedGlassJob(), voxelsJob(),
-            heightFieldJob(), csgJob(),  rigidBodiesJob()};
+    return {interiorJob(),    cityJob(),          nestedGlassJob(),  voxelsJob(),
+            heightFieldJob(), csgJob(),           rigidBodiesJob(),  moleculesJob(),
+            nodeGraphsJob(),  bezierPatchesJob(), motionPlannerJob()};
 }
 
 } // namespace bench

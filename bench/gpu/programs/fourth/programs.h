@@ -21,5 +21,9 @@ JobKind voxelsJob();
 JobKind heightFieldJob();
 JobKind csgJob();
 JobKind rigidBodiesJob();
+JobKind moleculesJob();
+JobKind nodeGraphsJob();
+JobKind bezierPatchesJob();
+JobKind motionPlannerJob();
 
 } // namespace bench

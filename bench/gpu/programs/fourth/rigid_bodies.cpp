@@ -25,8 +25,7 @@ public:
         instances_.allocate((motion_.bodies + 2) * sizeof(OptixInstance));
         motion_.instances = instances_.as<OptixInstance>();
         BodyParams& p = launch_.params;
-        p.camera =
-            makeCamera(vec(-17, 13, -25), vec(0, 0, 0), vec(0, 1, 0), 46, settings.aspect());
+        p.camera = makeCamera(vec(-17, 13, -25), vec(0, 0, 0), vec(0, 1, 0), 46, settings.aspect());
         p.sun = normalize(vec(-0.5f, 0.8f, -0.35f));
         p.samples = 2;
         p.bounces = 4;
