@@ -48,6 +48,7 @@ extern "C" __global__ void __closesthit__stick() {
 }
 extern "C" __global__ void __miss__none() {
     optixSetPayload_0(__float_as_uint(-1.0f));
+    optixSetPayload_1(~0u);
 }
 extern "C" __global__ void __miss__open() {
     optixSetPayload_0(1);

@@ -80,14 +80,11 @@ extern "C" __global__ void __raygen__configurations() {
     const unsigned i = optixGetLaunchIndex().x;
     const float first = (i % params.across + 0.5f) / params.across;
     const float second = static_cast<float>(i / params.across) / params.across;
-    Frame frame = {params.base, vec(0.0f, 1.0f, 0.0f), vec(1.0f, 0.0f, 0.0f),
-                   vec(0.0f, 0.0f, -1.0f)};
+    const float2 c = circlePoint(first);
+    Frame frame = {params.base, vec(0.0f, 1.0f, 0.0f), vec(c.x, 0.0f, c.y), vec(c.y, 0.0f, -c.x)};
     ArmResult result = {kJoints, 0, 0.0f};
     for (unsigned joint = 0; joint < kJoints && result.firstLink == kJoints; ++joint) {
-        const float varied = joint == 0   ? first
-                             : joint == 1 ? 0.4f * second - 0.2f
-                             : joint == 3 ? 0.25f * second
-                                          : 0.0f;
+        const float varied = joint == 1 ? 0.4f * second - 0.2f : joint == 3 ? 0.25f * second : 0.0f;
         frame.turn(params.angles[joint] + varied, joint % 2 == 0);
         const ArmLink link = params.links[joint];
         result.contacts += countLinkContacts(frame, link);

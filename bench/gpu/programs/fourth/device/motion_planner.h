@@ -23,7 +23,7 @@ struct ArmResult {
 
 struct PlannerParams {
     float4* image;
-    ArmResult* results; // of configurations: two joints vary along the sides of a square
+    ArmResult* results; // of configurations: joints vary along the sides of a square
     OptixTraversableHandle workshop;
     ArmLink links[kJoints];
     float angles[kJoints]; // in turns
