@@ -5,9 +5,9 @@
 namespace bench {
 
 std::vector<JobKind> fourthJobs() {
-    return {interiorJob(),    cityJob(),          nestedGlassJob(),  voxelsJob(),
-            heightFieldJob(), csgJob(),           rigidBodiesJob(),  moleculesJob(),
-            nodeGraphsJob(),  bezierPatchesJob(), motionPlannerJob()};
+    return {interiorJob(),    cityJob(),          nestedGlassJob(),   voxelsJob(),
+            heightFieldJob(), csgJob(),           rigidBodiesJob(),   moleculesJob(),
+            nodeGraphsJob(),  bezierPatchesJob(), motionPlannerJob(), gradientsJob()};
 }
 
 } // namespace bench

@@ -25,5 +25,6 @@ JobKind moleculesJob();
 JobKind nodeGraphsJob();
 JobKind bezierPatchesJob();
 JobKind motionPlannerJob();
+JobKind gradientsJob();
 
 } // namespace bench
