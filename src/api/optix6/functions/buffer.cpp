@@ -245,9 +245,6 @@ SUNSTONE_API RTresult rtBufferSetDevicePointer(RTbuffer buffer, int device, void
     });
 }
 SUNSTONE_API RTresult rtBufferMarkDirty(RTbuffer buffer) {
-    return call<Buffer>(__func__, buffer, "buffer", [](Buffer& object) {
-        if (!(object.description & RT_BUFFER_COPY_ON_DIRTY))
-            refuse(RT_ERROR_INVALID_VALUE, "the buffer was made without RT_BUFFER_COPY_ON_DIRTY");
-        object.noteChange();
-    });
+    // Launches copy buffers without RT_BUFFER_COPY_ON_DIRTY in any case.
+    return call<Buffer>(__func__, buffer, "buffer", [](Buffer& object) { object.noteChange(); });
 }
