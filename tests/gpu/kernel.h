@@ -51,6 +51,7 @@ public:
     std::string feedback;
     uint32_t patience = devlib::kShortPatience;
     uint32_t maxTraceDepth = 1;
+    unsigned blockThreads = devlib::kGpuBlockThreads; // others only if warps take launch indices
 
     // Launches with this block. The caller sets the fields that depend on the test.
     devlib::LaunchReport launch(const devlib::LaunchBlock& prepared, uint32_t width,
@@ -70,13 +71,13 @@ public:
         const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
         block.work = {0, tiles * devlib::kGpuTile, {}, 0, 0};
         std::fill(std::begin(block.work.patience), std::end(block.work.patience), patience);
-        constexpr uint32_t kTiles = devlib::kGpuBlockThreads / devlib::kGpuTile;
-        const auto blocks = unsigned((tiles + kTiles - 1) / kTiles);
+        const unsigned tilesOfBlock = blockThreads / devlib::kGpuTile;
+        const auto blocks = unsigned((tiles + tilesOfBlock - 1) / tilesOfBlock);
         CUdeviceptr address = memory.address();
         void* arguments[] = {&address, &block.constants.usual, &block.constants.known,
                              &block.constants.maxGraphDepth};
-        EXPECT_EQ(driver().launchKernel(function_, blocks, 1, 1, devlib::kGpuBlockThreads, 1, 1, 0,
-                                        nullptr, arguments, nullptr),
+        EXPECT_EQ(driver().launchKernel(function_, blocks, 1, 1, blockThreads, 1, 1, 0, nullptr,
+                                        arguments, nullptr),
                   CUDA_SUCCESS);
         EXPECT_EQ(driver().ctxSynchronize(), CUDA_SUCCESS);
         return block.report;

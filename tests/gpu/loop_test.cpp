@@ -34,6 +34,7 @@ struct Job {
     unsigned flags = 1; // DISABLE_ANYHIT
     unsigned most = 6, throwAt = 5, throwBelow = 5;
     unsigned patience = 3, maxTraceDepth = 3;
+    unsigned blockThreads = devlib::kGpuBlockThreads; // of kernels whose warps take launch indices
     bool hasExceptionRecord = true;
 };
 
@@ -128,6 +129,8 @@ protected:
         sbt.missStride = sbt.hitStride = sizeof(Record);
         sbt.missCount = sbt.hitCount = 1;
         kernel.patience = job.patience;
+        if (&kernel != &whole())
+            kernel.blockThreads = job.blockThreads;
         kernel.maxTraceDepth = job.maxTraceDepth;
         *report = kernel.launch(block, job.width, job.height, job.depth);
         const auto* found = static_cast<const LoopResult*>(results.data());
@@ -201,6 +204,26 @@ TEST_F(GpuLoop, LongProgramsAreCalledByAddress) {
     };
     EXPECT_GE(parts(apartOptions()), 2u);
     EXPECT_EQ(parts(oneHitGroup(kMostDepth)), 0u);
+}
+
+// Some lanes throw, and warps end before others of their block.
+TEST_F(GpuLoop, WarpsOfABlockWaitForEachOther) {
+    for (const unsigned patience : {devlib::kTilePatience, devlib::kDepthPatience})
+        for (const unsigned threads : {64u, 128u, 512u}) {
+            SCOPED_TRACE(threads);
+            Job job;
+            job.width = 1000;
+            job.patience = patience | devlib::kWithBlock;
+            job.blockThreads = threads;
+            job.throwAt = 3;
+            size_t hits = 0, thrown = 0;
+            for (const LoopResult& result : same(job)) {
+                hits += result.hits;
+                thrown += result.thrown != 0;
+            }
+            EXPECT_GT(hits, 500u);
+            EXPECT_GT(thrown, 0u);
+        }
 }
 
 TEST_F(GpuLoop, TripCountsThatDiffer) {
