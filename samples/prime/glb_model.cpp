@@ -49,6 +49,8 @@ class Reader {
 public:
     explicit Reader(const std::string& path) {
         std::ifstream file(path, std::ios::binary);
+        if (!file)
+            throw std::runtime_error("cannot read " + path);
         bytes_.assign(std::istreambuf_iterator<char>(file), {});
         constexpr size_t kHeader = 20;
         if (bytes_.size() < kHeader || std::memcmp(bytes_.data(), "glTF", 4) != 0)
