@@ -95,6 +95,16 @@ protected:
         return kernel;
     }
 
+    // Callables trace the rays: inlined into programs that are cut, or called by address.
+    static Kernel& callables() {
+        static Kernel kernel(textOf(TEST_LOOP_CALLABLES_PTX), oneHitGroup(kMostDepth));
+        return kernel;
+    }
+    static Kernel& wholeCallables() {
+        static Kernel kernel(textOf(TEST_LOOP_CALLABLES_PTX), oneHitGroup());
+        return kernel;
+    }
+
     std::vector<LoopResult> run(Kernel& kernel, const Job& job,
                                 devlib::LaunchReport* report) const {
         const std::vector<TestRay> rays = someRays();
@@ -102,7 +112,7 @@ protected:
         // One element more, which must stay unchanged.
         Buffer rayMemory(rays.size() * sizeof(TestRay)),
             results((count + 1) * sizeof(LoopResult), 0xAB), params(sizeof(LoopParams)),
-            records(4 * sizeof(Record));
+            records(6 * sizeof(Record));
         std::memcpy(rayMemory.data(), rays.data(), rayMemory.size());
         const LoopParams values = {static_cast<const TestRay*>(rayMemory.data()),
                                    static_cast<LoopResult*>(results.data()),
@@ -114,10 +124,14 @@ protected:
                                    job.throwBelow};
         std::memcpy(params.data(), &values, sizeof(values));
         // The programs' numbers are their places in the file.
-        const Record all[] = {recordOf(kFirstGroup, devlib::kGroupRaygen),
-                              recordOf(kFirstGroup + 1, devlib::kGroupMiss),
-                              recordOf(kFirstGroup + 2, devlib::kGroupHit),
-                              recordOf(kFirstGroup + 4, devlib::kGroupException)};
+        Record all[] = {recordOf(kFirstGroup, devlib::kGroupRaygen),
+                        recordOf(kFirstGroup + 1, devlib::kGroupMiss),
+                        recordOf(kFirstGroup + 2, devlib::kGroupHit),
+                        recordOf(kFirstGroup + 4, devlib::kGroupException),
+                        recordOf(kFirstGroup + 5, devlib::kGroupCallables),
+                        recordOf(kFirstGroup + 6, devlib::kGroupCallables)};
+        all[4].data[0] = 1000;
+        all[5].data[0] = 2000;
         std::memcpy(records.data(), all, sizeof(all));
         devlib::LaunchBlock block{};
         block.launch.params = params.data();
@@ -126,10 +140,12 @@ protected:
         sbt.missBase = sbt.entryRecord + sizeof(Record);
         sbt.hitBase = sbt.missBase + sizeof(Record);
         sbt.exceptionRecord = job.hasExceptionRecord ? sbt.hitBase + sizeof(Record) : 0;
-        sbt.missStride = sbt.hitStride = sizeof(Record);
+        sbt.callableBase = sbt.hitBase + 2 * sizeof(Record);
+        sbt.missStride = sbt.hitStride = sbt.callableStride = sizeof(Record);
         sbt.missCount = sbt.hitCount = 1;
+        sbt.callableCount = 2;
         kernel.patience = job.patience;
-        if (&kernel != &whole())
+        if (&kernel != &whole() && &kernel != &wholeCallables())
             kernel.blockThreads = job.blockThreads;
         kernel.maxTraceDepth = job.maxTraceDepth;
         *report = kernel.launch(block, job.width, job.height, job.depth);
@@ -142,7 +158,8 @@ protected:
     std::vector<LoopResult> same(const Job& job, devlib::LaunchReport* report = nullptr) const {
         devlib::LaunchReport wantedReport, foundReport;
         const std::vector<LoopResult> wanted = run(whole(), job, &wantedReport);
-        for (Kernel* kernel : {&cut(), &nested(), &apart(), &ready()}) {
+        for (Kernel* kernel :
+             {&cut(), &nested(), &apart(), &ready(), &callables(), &wholeCallables()}) {
             SCOPED_TRACE(kernel->feedback);
             const std::vector<LoopResult> found = run(*kernel, job, &foundReport);
             for (size_t i = 0; i < wanted.size(); ++i) {
@@ -180,6 +197,12 @@ TEST_F(GpuLoop, FeedbackTellsTheKernel) {
     EXPECT_NE(ready().feedback.find("kernel: ready, optix7, graph 0, shapes 0, motion 0, depth 6"),
               std::string::npos)
         << ready().feedback;
+    EXPECT_NE(callables().feedback.find("callables that trace are part of their callers, at 2 "
+                                        "calls\nkernel: rays of all depths take turns"),
+              std::string::npos)
+        << callables().feedback;
+    EXPECT_EQ(wholeCallables().feedback.find("callables that trace"), std::string::npos)
+        << wholeCallables().feedback;
     // In a cut program a lane may be elsewhere while others wait for it at a barrier.
     std::string text = textOf(TEST_LOOP_PTX);
     const size_t entry = text.find(".entry __raygen__loop"), brace = text.find("ret;", entry);

@@ -4,6 +4,7 @@
 
 #include "compiler/gpu/dispatchers.h"
 #include "compiler/gpu/machine.h"
+#include "compiler/gpu/tracing_callables.h"
 #include "devlib/abi.h"
 #include "devlib/lockstep.h"
 
@@ -69,13 +70,16 @@ std::string LaunchKernel::choose() {
         cuts_.frameBytes = kReadyFrameBytes;
         return {};
     }
-    std::string obstacle;
-    std::vector<llvm::Function*> cut = programsToNest(obstacle);
+    std::string inlined, obstacle;
+    if (mayNest())
+        inlined = inlineTracingCallables(unit_);
+    std::vector<llvm::Function*> cut = programsToNest(!inlined.empty(), obstacle);
     if (cut.empty())
-        return obstacle + chooseSimple();
+        return inlined + obstacle + chooseSimple();
     kind_ = Kind::kNested;
     cuts_ = cutAtTraces(unit_.module(), machine_, cut);
-    return message("kernel: rays of all depths take turns, and warps take new launch indices; ",
+    return inlined +
+           message("kernel: rays of all depths take turns, and warps take new launch indices; ",
                    cuts_.frameBytes, " bytes live across a trace, at each depth\n");
 }
 
@@ -103,7 +107,14 @@ std::string LaunchKernel::obstacleIn(llvm::Function& program) const {
                : "a callable or a function that calls itself traces";
 }
 
-std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) {
+bool LaunchKernel::overflows() const {
+    return request_.pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow;
+}
+bool LaunchKernel::mayNest() const {
+    return request_.maxTraceDepth != 0 && !overflows();
+}
+
+std::vector<llvm::Function*> LaunchKernel::programsToNest(bool nests, std::string& reason) {
     const std::vector<llvm::Function*> tracing = tracingFunctions(unit_.module());
     const auto isRaygen = [&](llvm::Function* function) {
         const auto known = unit_.kinds().find(function);
@@ -113,7 +124,6 @@ std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) {
     // one place for all rays (docs/notes/programs-gpu.md).
     const bool nestsRaygen = constantOf(request_, kGraphConstant) != 0 && // maybe instances
                              request_.maxTraceDepth != 0;
-    bool nests = false;
     std::string obstacle;
     for (llvm::Function* function : tracing) {
         raysTrace_ |= !isRaygen(function);
@@ -125,7 +135,7 @@ std::vector<llvm::Function*> LaunchKernel::programsToNest(std::string& reason) {
         return {};
     if (request_.maxTraceDepth == 0)
         obstacle = "the depth of traces is not known";
-    if (request_.pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow)
+    if (overflows())
         obstacle = "the pipeline has stack overflow exceptions";
     if (obstacle.empty())
         return tracing;

@@ -57,11 +57,13 @@ private:
     const char* entry() const; // the run-time's function that the kernel calls
     // Whether the pipeline is compiled in parts, and states of rays are in lane memory.
     bool isDeepPart() const;
-    // All programs that trace, for the kernel of devlib/gpu/nested.h. That kernel is used if
-    // closest-hit or miss programs trace, or ray generation programs trace several rays in graphs
-    // with instances, and no obstacle prevents it; `reason` receives the
-    // obstacle.
-    std::vector<llvm::Function*> programsToNest(std::string& reason);
+    bool overflows() const; // the pipeline has stack overflow exceptions
+    // Whether the pipeline allows the kernel of devlib/gpu/nested.h.
+    bool mayNest() const;
+    // All programs that trace, for that kernel. It is used if closest-hit or miss programs trace,
+    // ray generation programs trace several rays in graphs with instances, or `nests`, and no
+    // obstacle prevents it; `reason` receives the obstacle.
+    std::vector<llvm::Function*> programsToNest(bool nests, std::string& reason);
     std::string chooseSimple();
     std::string cutApart(); // for isApart()
     // Why a program that traces cannot be cut, or empty.
