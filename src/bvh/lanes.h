@@ -58,6 +58,17 @@ template <class V>
 SUNSTONE_INLINE V rootOf(V a) {
     return __builtin_elementwise_sqrt(a);
 }
+// The root of a number, or 0 where it is negative. On GPUs the root of zero takes a slow path, in
+// the driver's compiler too.
+template <class V>
+SUNSTONE_INLINE V rootOrZero(V a) {
+#if defined(__NVPTX__)
+    const auto isUsual = a > 0.0f;
+    return isUsual ? rootOf(isUsual ? a : all<V>(1)) : V{};
+#else
+    return rootOf(mostOf(a, V{}));
+#endif
+}
 template <class V>
 SUNSTONE_INLINE V magnitude(V a) {
     return __builtin_elementwise_abs(a);

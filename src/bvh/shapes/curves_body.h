@@ -132,7 +132,7 @@ SUNSTONE_INLINE ConeEntries<N> enterCones(const CurveLanes<N>& curve, Lanes<N> u
     const V b = -dz * fused(along, inverse, slope * rAlong);
     const V c = fused(inverse, fused(dz * dz, distance, cross * cross), -rAlong * rAlong);
     e.discriminant = fused(b, b, -a * c);
-    const V root = rootOf(mostOf(e.discriminant, V{}));
+    const V root = rootOrZero(e.discriminant);
     const auto growing = b > 0;
     e.q = (growing ? -b - root : c) / (growing ? a : root - b);
     e.m = fused(e.q, dz, along);
@@ -503,7 +503,7 @@ SUNSTONE_INLINE Mask testCones(const float* rows, const RaySpace& s, float tmax,
     // Spheres.
     const auto half = [&](const Point<V>& p, V r, V& root) {
         const V square = fused(r, r, -fused(p.x, p.x, p.y * p.y));
-        root = rootOf(mostOf(square, V{}));
+        root = rootOrZero(square);
         return square >= 0.0f;
     };
     V rootA, rootB;
@@ -517,7 +517,7 @@ SUNSTONE_INLINE Mask testCones(const float* rows, const RaySpace& s, float tmax,
     const V ca = inverse * fused(-dr * slope, dz * dz, flat);
     const V cb = -dz * fused(along, inverse, slope * rAlong);
     const V cc = fused(inverse, fused(dz * dz, distance, cross * cross), -rAlong * rAlong);
-    const V discriminant = fused(cb, cb, -ca * cc), root = rootOf(mostOf(discriminant, V{}));
+    const V discriminant = fused(cb, cb, -ca * cc), root = rootOrZero(discriminant);
     const auto positive = cb > 0.0f;
     const V q1 = positive ? (-cb - root) / ca : cc / (root - cb);
     const V q2 = positive ? cc / (-cb - root) : (root - cb) / ca;

@@ -24,7 +24,7 @@ SUNSTONE_INLINE SphereHits<Lanes<N>> testSpheres(const float* rows, const RaySpa
     const auto row = [&](int i) { return loadLanes<V>(rows + i * int(N)); };
     const Point<V> p = toRaySpace(s, row(0), row(1), row(2));
     const V r = row(3), square = fused(r, r, -fused(p.x, p.x, p.y * p.y));
-    const V half = rootOf(mostOf(square, V{}));
+    const V half = rootOrZero(square);
     SphereHits<V> out;
     out.enter = (p.z - half) * s.toT;
     out.leave = (p.z + half) * s.toT;

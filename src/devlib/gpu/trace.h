@@ -393,15 +393,19 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
                (nearestFirst() || (rayFlags & kRayDisableClosestHit));
     }
 
-    // Lanes wait with rare, long work until at least one in `of` active lanes waits.
-    static SUNSTONE_INLINE_MEMBER bool areEnough(bool wants, int of) {
+    // Lanes wait with rare, long work until this part of the active lanes waits.
+    static SUNSTONE_INLINE_MEMBER bool areEnough(bool wants, int part, int of) {
         const uint32_t mask = activeLanes();
         const uint32_t waiting = __nvvm_vote_ballot_sync(mask, wants);
-        return wants && of * __builtin_popcount(waiting) >= __builtin_popcount(mask);
+        return wants && of * __builtin_popcount(waiting) >= part * __builtin_popcount(mask);
     }
-    // Entering takes as long as a node, with motion much longer (docs/notes/programs-gpu.md).
+    // Entering takes as long as a node, with motion much longer (docs/notes/programs-gpu.md). The
+    // parts of these two add up to one, so that not all lanes wait.
     static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) {
-        return areEnough(wants, kMotion ? 2 : 4);
+        return areEnough(wants, 1, kMotion ? 2 : 4);
+    }
+    static SUNSTONE_INLINE_MEMBER bool mayIntersect(bool wants) {
+        return kMotion ? areEnough(wants, 1, 2) : areEnough(wants, 3, 4);
     }
     // Whether lanes wait longer with pieces of curves: with instances, few lanes are in curves at
     // the same time. Any-hit programs end rays, so with them waiting costs more than it gains.
@@ -410,7 +414,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
                !holds(sunstone_gpu_hasAnyHit, state->launch->hasAnyHit);
     }
     SUNSTONE_INLINE_MEMBER bool mayTest(bool wants) const {
-        return areEnough(wants, waitsLong() ? 1 : 2);
+        return areEnough(wants, 1, waitsLong() ? 1 : 2);
     }
     static SUNSTONE_INLINE_MEMBER bool any(bool value) {
         return __nvvm_vote_any_sync(activeLanes(), value);

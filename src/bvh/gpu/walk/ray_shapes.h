@@ -130,7 +130,7 @@ SUNSTONE_INLINE bool meetsCapsule(const U4* record, const MotionPlace& place,
 }
 
 // The basis of a block of curves with pieces, a constant where rays can meet only one.
-SUNSTONE_INLINE uint32_t basisOf(uint32_t bits, const BlockHeader* block) {
+SUNSTONE_INLINE uint32_t basisOf(uint32_t bits, uint32_t shape) {
     switch (bits & (kMeetsQuadratic | kMeetsCubic | kMeetsCatmullRom)) {
     case kMeetsQuadratic:
         return uint32_t(CurveBasis::kQuadraticBSpline);
@@ -139,17 +139,17 @@ SUNSTONE_INLINE uint32_t basisOf(uint32_t bits, const BlockHeader* block) {
     case kMeetsCatmullRom:
         return uint32_t(CurveBasis::kCatmullRom);
     default:
-        return block->shape;
+        return shape;
     }
 }
 
 // The piece itself.
 template <bool kMotion>
-SUNSTONE_INLINE bool testCurve(uint32_t bits, const BlockHeader* block, const U4* record,
-                               const MotionPlace& place, const lane::RaySpace& s, float tmax,
-                               ShapeHit& hit) {
+SUNSTONE_INLINE bool testCurve(uint32_t bits, const BlockHeader* block, uint32_t ofBlock,
+                               const U4* record, const MotionPlace& place, const lane::RaySpace& s,
+                               float tmax, ShapeHit& hit) {
     const U4 rest = loadConstant(record + 2);
-    const uint32_t shape = basisOf(bits, block), stride = curvePointFloats(CurveBasis(shape), 1);
+    const uint32_t shape = basisOf(bits, ofBlock), stride = curvePointFloats(CurveBasis(shape), 1);
     const auto* const points = reinterpret_cast<const float*>(
         reinterpret_cast<const uint8_t*>(block) + block->pointsOffset);
     const lane::RaySpace copy = s; // so that the traversal's own stays in registers
@@ -171,21 +171,20 @@ SUNSTONE_INLINE bool testCurve(uint32_t bits, const BlockHeader* block, const U4
 
 // Whether the block has curves whose pieces take long to test; `bits` are the shapes that may be
 // met.
-SUNSTONE_INLINE bool isOfPieces(uint32_t bits, const BlockHeader* block) {
+SUNSTONE_INLINE bool isOfPieces(uint32_t bits, uint32_t shape) {
     if (!(bits & kMeetsCurves))
         return false;
     return !(bits & (kMeetsSpheres | kMeetsLinear)) ||
-           (block->shape != kSphereShape && block->shape != uint32_t(CurveBasis::kLinear));
+           (shape != kSphereShape && shape != uint32_t(CurveBasis::kLinear));
 }
 
 // Tests a record of a block of spheres or linear curves; `records` are those of place.key.
 template <bool kMotion>
-SUNSTONE_INLINE bool testShape(uint32_t bits, const BlockHeader* block, const uint8_t* records,
+SUNSTONE_INLINE bool testShape(uint32_t bits, uint32_t shape, const uint8_t* records,
                                uint32_t record, const MotionPlace& place, const lane::RaySpace& s,
                                float tmax, ShapeHit& hit) {
     const uint64_t index = kMotion ? uint64_t(record) * place.keys : record;
-    const bool sphere =
-        !(bits & kMeetsLinear) || ((bits & kMeetsSpheres) && block->shape == kSphereShape);
+    const bool sphere = !(bits & kMeetsLinear) || ((bits & kMeetsSpheres) && shape == kSphereShape);
     if (sphere)
         return testSphere<kMotion>(
             reinterpret_cast<const U4*>(records + index * sizeof(SphereRecord)), place, s, tmax,

@@ -26,6 +26,9 @@
 //       bool mayReorder() const; // programs see the same in any order of primitives
 //       // With kInstances: whether a lane that wants to enter an instance may do so now.
 //       static bool mayEnter(bool wants);
+//       // With both: whether a lane with a custom primitive may test it now. If all lanes want one
+//       // or the other, one of the two must let some go on.
+//       static bool mayIntersect(bool wants);
 //       // With curves: whether a lane that wants to test a piece of one may do so now.
 //       bool mayTest(bool wants);
 //       bool waitsLong(); // with pieces of curves: lanes test one primitive in a step
@@ -81,6 +84,7 @@ struct OneLane {
     static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) { return wants; }
     static SUNSTONE_INLINE_MEMBER bool mayTest(bool wants) { return wants; }
     static SUNSTONE_INLINE_MEMBER bool waitsLong() { return false; }
+    static SUNSTONE_INLINE_MEMBER bool mayIntersect(bool wants) { return wants; }
     static SUNSTONE_INLINE_MEMBER bool any(bool value) { return value; }
 };
 // Base for graphs whose depth is known to fit.
@@ -171,6 +175,7 @@ struct Traversal : Levels<Programs::kMotion, Programs::kLevels> {
     uint32_t depth;
     const BlockHeader* block;
     BlockType kind; // of the block, cached for primitives
+    uint32_t shape; // of a block of curves or spheres
     const U4* nodes;
     const uint8_t* records;
     BoxRay box;
@@ -275,8 +280,8 @@ private:
             ShapeHit hit;
             const U4* const curve = curveAt(piece);
             piece = kNoPiece;
-            end = testCurve<Programs::kMotion>(Programs::shapes(), block, curve, motion, space,
-                                               ray.tmax, hit) &&
+            end = testCurve<Programs::kMotion>(Programs::shapes(), block, shape, curve, motion,
+                                               space, ray.tmax, hit) &&
                   programs.shape(ray, hit) == Visit::kEnd;
             if (!end && leaf.bits == 0)
                 end = pop(ray, stack);
@@ -318,7 +323,8 @@ private:
         if (leaf.bits == 0)
             openNext(programs, ray, stack);
         const uint32_t visits = programs.waitsLong() ? 1 : kVisits;
-        if (kind != BlockType::kInstances)
+        const bool waits = waitsWithCustom(programs);
+        if (kind != BlockType::kInstances && !waits)
             for (uint32_t i = 0; leaf.bits != 0 && i < visits; ++i) {
                 if (visitNext(programs, ray))
                     return true;
@@ -326,6 +332,15 @@ private:
                     return false;
             }
         return pop(ray, stack);
+    }
+
+    // Intersection programs take longer than a node, and few lanes reach one at the same time.
+    SUNSTONE_INLINE_MEMBER bool waitsWithCustom(const Programs& programs) const {
+        if constexpr (!Programs::kCustoms)
+            return false;
+        const bool wants = leaf.bits != 0 && kind == BlockType::kCustom;
+        const bool may = programs.mayIntersect(wants); // all lanes vote
+        return wants && !may;
     }
 
     SUNSTONE_INLINE_MEMBER bool visitNext(Programs& programs, Ray& ray) {
@@ -466,13 +481,13 @@ private:
 
     SUNSTONE_INLINE_MEMBER bool visit(Programs& programs, Ray& ray, uint32_t record) {
         if (Programs::shapes() && kind == BlockType::kShapes) {
-            if (isOfPieces(Programs::shapes(), block)) {
+            if (isOfPieces(Programs::shapes(), shape)) {
                 if (meetsCapsule<Programs::kMotion>(curveAt(record), motion, space, ray.tmax))
                     piece = record;
                 return false;
             }
             ShapeHit hit;
-            return testShape<Programs::kMotion>(Programs::shapes(), block, records, record, motion,
+            return testShape<Programs::kMotion>(Programs::shapes(), shape, records, record, motion,
                                                 space, ray.tmax, hit) &&
                    programs.shape(ray, hit) == Visit::kEnd;
         }
@@ -678,6 +693,7 @@ private:
     SUNSTONE_INLINE_MEMBER void open(const Programs& programs, const Ray& ray, BlockType type,
                                      const Header& header) {
         kind = kindOf(type);
+        shape = header.shape();
         const uint8_t* const bytes = reinterpret_cast<const uint8_t*>(block);
         nodes = reinterpret_cast<const U4*>(bytes + header.nodesOffset());
         records = bytes + header.recordsOffset();
