@@ -343,11 +343,12 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
     if (!entry.loaded) {
         if (code.machineCode.empty() && addMachineCode(code, request))
             isKept = false;
-        load(registersOf(request, code.takesTurns));
+        const unsigned registers = registersOf(request, code.takesTurns);
+        load(registers);
         if (entry.loaded->isOfText) {
             code.machineCode.clear(); // the driver accepts no machine code
-            if (spills(log, code.recurses))
-                load(kMostRegisters);
+            if (const unsigned better = betterRegisters(log, code, request, registers))
+                load(better);
         }
         if (!log.empty()) {
             compiler::measureGpuStack(code, log);

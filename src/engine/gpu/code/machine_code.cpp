@@ -32,16 +32,40 @@ unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurn
     return takesTurns && !onlyTriangles ? std::max(most, 80u) : most;
 }
 
-// Whether a kernel spills so much that more registers are better than more warps. Measured with 128
-// registers on an H100 (docs/notes/programs-gpu.md, docs/notes/recursion-gpu.md):
+namespace {
+
+// The registers of a kernel that spills much, where more registers are better than more warps.
+struct Remedy {
+    unsigned spills; // more bytes than these
+    unsigned registers;
+};
+
+// Measured on an H100 (docs/notes/programs-gpu.md, docs/notes/recursion-gpu.md):
 //
-//   programs   bytes spilled   time
-//   recurse    up to 260       longer
-//   recurse    440 to 660      5 to 27 % shorter
-//   others     up to 580       longer
-//   others     820             5 % shorter
-bool spills(std::string_view log, bool recurses) {
-    return compiler::gpuSpillsIn(log) > (recurses ? 400 : 700);
+//   programs                            registers   bytes spilled   time
+//   recurse                                   128   up to 260       longer
+//   recurse                                   128   440 to 660      5 to 27 % shorter
+//   intersect, a thread for each index         96   up to 312       5 to 11 % longer
+//   intersect, a thread for each index         96   376 and 652     10 and 30 % shorter
+//   others                                    128   up to 580       longer
+//   others                                    128   820             5 % shorter
+constexpr unsigned kUsualSpills = 700;
+Remedy remedyOf(const compiler::GpuCode& code, const compiler::GpuPipelineRequest& request) {
+    if (code.recurses)
+        return {400, kMostRegisters};
+    if (!code.takesTurns && constantOf(request, "sunstone_gpu_hasIntersection"))
+        return {350, 96};
+    return {kUsualSpills, kMostRegisters};
+}
+
+} // namespace
+
+unsigned betterRegisters(std::string_view log, const compiler::GpuCode& code,
+                         const compiler::GpuPipelineRequest& request, unsigned registers) {
+    const Remedy remedy = remedyOf(code, request);
+    return registers < remedy.registers && compiler::gpuSpillsIn(log) > remedy.spills
+               ? remedy.registers
+               : 0;
 }
 
 // The kernel's machine code with few registers, or with many if it spills much otherwise. If the
@@ -52,7 +76,8 @@ std::optional<MachineCode> machineCodeOf(const compiler::GpuCode& code,
                                          unsigned registers, CUcontext context) {
     constexpr unsigned kThreads = 4;
     std::optional<MachineCode> made[2];
-    const unsigned most[2] = {registers, kMostRegisters};
+    const Remedy remedy = remedyOf(code, request);
+    const unsigned most[2] = {registers, remedy.registers};
     const std::vector<std::string> parts =
         hasPtxCompiler() ? splitPtx(code.ptx) : std::vector<std::string>();
     const auto make = [&](size_t i) {
@@ -65,8 +90,8 @@ std::optional<MachineCode> machineCodeOf(const compiler::GpuCode& code,
             made[i] = compilePtx(code.ptx, capability, most[i]);
     };
     const uint32_t shapes = bvh::gpu::shapeBitsOf(request.pipeline.rules.primitiveTypeFlags);
-    const bool oftenSpills = code.recurses || (shapes & bvh::gpu::kMeetsCurves);
-    if (oftenSpills && registers < kMostRegisters && cpuLimit().threads >= kThreads &&
+    const bool oftenSpills = remedy.spills < kUsualSpills || (shapes & bvh::gpu::kMeetsCurves);
+    if (oftenSpills && registers < remedy.registers && cpuLimit().threads >= kThreads &&
         hasPtxCompiler())
         parallelFor(2, 1, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; ++i)
@@ -74,7 +99,7 @@ std::optional<MachineCode> machineCodeOf(const compiler::GpuCode& code,
         });
     else
         make(0);
-    if (!made[0] || registers == kMostRegisters || !spills(made[0]->log, code.recurses))
+    if (!made[0] || betterRegisters(made[0]->log, code, request, registers) == 0)
         return std::move(made[0]);
     if (!made[1])
         make(1);

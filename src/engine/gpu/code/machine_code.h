@@ -17,10 +17,12 @@ using compiler::kMotionConstant;
 constexpr unsigned kMostRegisters = 128;
 // Registers of a thread that suit most kernels of this kind.
 unsigned registersOf(const compiler::GpuPipelineRequest& request, bool takesTurns);
-// Whether a kernel spills so much that kMostRegisters are better. `log`: the compiler's.
-bool spills(std::string_view log, bool recurses);
+// A larger number of registers with which the kernel is faster, because it spills much with
+// `registers`; 0: none. `log`: the compiler's.
+unsigned betterRegisters(std::string_view log, const compiler::GpuCode& code,
+                         const compiler::GpuPipelineRequest& request, unsigned registers);
 
-// Machine code with `registers`, or with kMostRegisters. Empty as compilePtx() says.
+// Machine code with `registers`, or with betterRegisters(). Empty as compilePtx() says.
 std::optional<device::cuda::MachineCode> machineCodeOf(const compiler::GpuCode& code,
                                                        const compiler::GpuPipelineRequest& request,
                                                        unsigned registers, CUcontext context);
