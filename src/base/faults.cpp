@@ -3,6 +3,7 @@
 #include "base/faults.h"
 
 #include "base/error.h"
+#include "base/threads/worker_object.h"
 #include "base/x86_operand.h"
 
 #include <csignal>
@@ -187,8 +188,7 @@ void prepareForFaults() {
     std::call_once(once, install);
     if (!handlesFaults())
         return;
-    thread_local HandlerStack stack;
-    (void)stack;
+    workerObject<HandlerStack>();
 }
 
 void enterDeviceCode(FaultFrame& frame) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "devlib/classic.h"
 
-#include "base/threads/thread_object.h"
+#include "base/threads/worker_object.h"
 #include "bvh/motion/transforms.h"
 #include "math/matrix.h"
 #include "math/product.h"
@@ -25,7 +25,7 @@ struct Scratch {
 void* outside(RayState* state, uint32_t bytes, uint32_t code) {
     if (code != 0 && (classicOf(*state).exceptions & switchOf(code)))
         state->launch->raise(state, int32_t(code), nullptr);
-    std::vector<uint64_t>& scratch = threadObject<Scratch>().words;
+    std::vector<uint64_t>& scratch = workerObject<Scratch>().words;
     const size_t words = std::max<size_t>(16, (size_t(bytes) + 7) / 8);
     if (scratch.size() < words)
         scratch.resize(words);

@@ -12,7 +12,7 @@
 // flight visit the same nodes as Tracer, in the same order, so every hit is that of trace().
 #pragma once
 
-#include "base/threads/thread_object.h"
+#include "base/threads/worker_object.h"
 #include "bvh/batch/flight_walk.h"
 #include "devlib/trace_packets_body.h"
 
@@ -285,7 +285,7 @@ static void traceFlights(Reluctance& reluctance, RayState* const* states, Progra
             next[rays[i]] = whole;
         return;
     }
-    auto& walk = threadObject<typename RayFlights<kNearest>::Walk>();
+    auto& walk = workerObject<typename RayFlights<kNearest>::Walk>();
     RayFlights<kNearest>(walk, reluctance, states, next, whole).trace(rays, count);
 }
 
@@ -308,7 +308,7 @@ static ProgramFn afterPackets(RayState& state, const FoundTriangle& hit) {
 template <bool kAny, bool kInstances>
 static uint32_t tracePackets(Reluctance& reluctance, RayState* const* states, ProgramFn* next,
                              ProgramFn whole, uint8_t* numbers, uint32_t count) {
-    auto& packets = threadObject<RayPackets<kAny>>();
+    auto& packets = workerObject<RayPackets<kAny>>();
     for (uint32_t i = 0; i < count; ++i)
         packets.set(i, *states[numbers[i]]);
     const RayState& like = *states[numbers[0]];
@@ -394,7 +394,7 @@ static uint32_t traceNearest(Reluctance& reluctance, RayState* const* states, Pr
 template <bool kInstancing>
 static void traceBatch(RayState* const* states, ProgramFn* next, uint32_t count) {
     constexpr ProgramFn whole = traceWhole<SbtRecords, kInstancing>;
-    Reluctance& reluctance = threadObject<Reluctance>();
+    Reluctance& reluctance = workerObject<Reluctance>();
     for (uint32_t first = 0; first < count; first += kMostRays) {
         const uint32_t end = std::min(count - first, kMostRays);
         BatchOrder order;

@@ -9,7 +9,7 @@
 //   - Triangles of two instances are at one distance. Such rays are traversed again, alone.
 #pragma once
 
-#include "base/threads/thread_object.h"
+#include "base/threads/worker_object.h"
 #include "bvh/batch/packet_walk.h"
 #include "bvh/batch/stream_walk.h"
 #include "devlib/trace_none.h"
@@ -210,9 +210,9 @@ struct RayPackets {
     // Traces the first `count` rays through a structure of instances. Returns the numbers of the
     // rays that are faster in flight.
     std::span<const uint16_t> traceInstances(const RayState& like, uint32_t count) {
-        auto& instances = threadObject<Instances>();
+        auto& instances = workerObject<Instances>();
         instances.begin(*like.launch, like.rayFlags);
-        auto& packets = threadObject<TopPackets>();
+        auto& packets = workerObject<TopPackets>();
         packets.enter(blockOf(like.handle), nullptr, &instances);
         return packets.trace(rays, hits, count);
     }
@@ -220,12 +220,12 @@ struct RayPackets {
     // The same for a structure of triangles.
     std::span<const uint16_t> traceTriangles(const RayState& like, uint32_t count) {
         const bvh::BlockHeader* const block = blockOf(like.handle);
-        auto& packets = threadObject<Packets>();
+        auto& packets = workerObject<Packets>();
         packets.enter(block, nullptr);
         const std::span<const uint16_t> others = packets.trace(rays, hits, count);
         if constexpr (!kAny)
             return others;
-        auto& stream = threadObject<Stream>();
+        auto& stream = workerObject<Stream>();
         stream.enter(block, nullptr);
         for (size_t i = 0; i < others.size(); i += stream.kRays) // whole blocks of the packets
             stream.trace(rays + others[i], hits + others[i],

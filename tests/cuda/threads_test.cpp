@@ -6,10 +6,14 @@
 
 #include <atomic>
 #include <chrono>
+#include <dlfcn.h>
 #include <functional>
 #include <pthread.h>
 #include <thread>
 #include <vector>
+
+// Results of the constructor and the destructor of waiting_library.cpp.
+int gWaited[2] = {};
 
 namespace {
 
@@ -361,6 +365,15 @@ TEST_F(Threads, ChangesOfMappedMemoryLetOtherThreadsCall) {
     EXPECT_TRUE(state.isInTime);
     EXPECT_EQ(cuMemRelease(handle), CUDA_SUCCESS);
     EXPECT_EQ(cuMemAddressFree(space, kUnit), CUDA_SUCCESS);
+}
+
+// The dynamic loader holds its lock meanwhile.
+TEST(ThreadsOfLibraries, StaticObjectsLaunchAndWait) {
+    void* const library = dlopen(WAITING_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    ASSERT_NE(library, nullptr) << dlerror();
+    EXPECT_EQ(gWaited[0], 64 + 6400);
+    EXPECT_EQ(dlclose(library), 0);
+    EXPECT_EQ(gWaited[1], 64 + 6400);
 }
 
 } // namespace

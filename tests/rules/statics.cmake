@@ -9,8 +9,9 @@ set(plain
     std::once_flag std::mutex
     ArrayMemory BatchKernels CUmemGenericAllocationHandle Capture::Mode Dispatcher Driver Functions Isa KernelFlavor Kernels Known ModuleRules Optix7Flavor Row Sphere
     StackBounds TraceSet Wording engine::Wording)
-# Types of objects that belong to a thread and end with it: memory on which the thread runs device code.
-set(of_threads HandlerStack Owner SharedMemory Side FiberStacks)
+# Types of objects that belong to a thread and end with it. Worker threads use workerObject instead
+# (base/threads/worker_object.h).
+set(of_threads Owner)
 
 # sunstone_destroyed(result line): the type, if the line defines a variable that is destroyed when the process or a
 # thread ends, else empty. A pointer or a reference is not destroyed; constexpr objects have no destructor.
@@ -44,7 +45,7 @@ endfunction()
 # Checks the function itself.
 foreach(line "    static Handles all;" "static const Table table;" "    static const Names kKept = {" "static Table table{1};"
         "thread_local std::vector<int> stack;" "const std::string kText = \"a\";" "std::map<int, int> table;"
-        "    static SharedMemory memory;" "    static const std::map<int, int> table = {" "static Known2 known[4];")
+        "    static SharedMemory memory;" "    thread_local SharedMemory memory;" "    static const std::map<int, int> table = {" "static Known2 known[4];")
     sunstone_destroyed(type "${line}")
     if(NOT type)
         message(FATAL_ERROR "not found: ${line}")
@@ -52,7 +53,7 @@ foreach(line "    static Handles all;" "static const Table table;" "    static c
 endforeach()
 foreach(line "    static auto* all = new Handles;" "static const auto& values = *[] {" "    static Table* table = new Table;"
         "static std::atomic<bool> told{false};" "static constexpr size_t kSize = 4;" "    static void run(int a);"
-        "    thread_local SharedMemory memory;" "static const Isa chosen = [] {" "    std::string text;" "return found;")
+        "    thread_local Owner owner;" "static const Isa chosen = [] {" "    std::string text;" "return found;")
     sunstone_destroyed(type "${line}")
     if(type)
         message(FATAL_ERROR "wrongly found: ${line}")

@@ -2,7 +2,7 @@
 // The functions of batch.h, compiled once per instruction set.
 #pragma once
 
-#include "base/threads/thread_object.h"
+#include "base/threads/worker_object.h"
 #include "bvh/batch/batch.h"
 #include "bvh/batch/batch_flights.h"
 #include "bvh/batch/batch_visitors.h"
@@ -71,16 +71,16 @@ template <class Judge, bool kMasked>
 static void traceGroup(const RayBatch& batch, const BatchScene& scene, uint64_t number,
                        uint64_t endNumber) {
     // Too large for the stacks of all threads.
-    auto& group = threadObject<Pieces<kGroupPieces>>();
+    auto& group = workerObject<Pieces<kGroupPieces>>();
     readPieces(batch, number, endNumber, group);
-    auto& packets = threadObject<PacketWalk<Judge, kMasked>>();
+    auto& packets = workerObject<PacketWalk<Judge, kMasked>>();
     packets.enter(scene.header, scene.masksOf(0));
     const std::span<const uint16_t> others = packets.trace(group.rays, group.hits, group.count);
     if constexpr (Judge::kOrdered) {
-        auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
+        auto& walk = workerObject<typename BatchFlights<Judge, kMasked>::Walk>();
         BatchFlights<Judge, kMasked>(walk, scene).trace(group.rays, group.hits, others);
     } else {
-        auto& stream = threadObject<StreamWalk<Judge, kMasked>>();
+        auto& stream = workerObject<StreamWalk<Judge, kMasked>>();
         stream.enter(scene.header, scene.masksOf(0));
         for (size_t i = 0; i < others.size(); i += stream.kRays) // whole pieces of the group
             stream.trace(group.rays + others[i], group.hits + others[i],
@@ -97,7 +97,7 @@ static bool traceStream(const RayBatch& batch, const BatchScene& scene, uint64_t
     readPieces(batch, number, number + 1, piece);
     if (PacketWalk<Judge, kMasked>::isNarrow(piece.rays, piece.count))
         return false;
-    auto& stream = threadObject<StreamWalk<Judge, kMasked>>();
+    auto& stream = workerObject<StreamWalk<Judge, kMasked>>();
     stream.enter(scene.header, scene.masksOf(0));
     stream.trace(piece.rays, piece.hits, piece.count);
     writePieces(batch, piece);
@@ -107,12 +107,12 @@ static bool traceStream(const RayBatch& batch, const BatchScene& scene, uint64_t
 template <class Judge, bool kMasked>
 static void traceInstances(const RayBatch& batch, const BatchScene& scene, uint64_t number,
                            uint64_t endNumber) {
-    auto& group = threadObject<Pieces<kGroupPieces>>();
+    auto& group = workerObject<Pieces<kGroupPieces>>();
     readPieces(batch, number, endNumber, group);
     uint16_t all[Pieces<kGroupPieces>::kRays];
     for (uint32_t i = 0; i < group.count; ++i)
         all[i] = uint16_t(i);
-    auto& walk = threadObject<typename BatchFlights<Judge, kMasked>::Walk>();
+    auto& walk = workerObject<typename BatchFlights<Judge, kMasked>::Walk>();
     BatchFlights<Judge, kMasked>(walk, scene).trace(group.rays, group.hits, {all, group.count});
     writePieces(batch, group);
 }

@@ -9,8 +9,8 @@
 #include "base/error.h"
 #include "base/faults.h"
 #include "base/log.h"
-#include "base/threads/thread_object.h"
 #include "base/threads/threads.h"
+#include "base/threads/worker_object.h"
 #include "compiler/lockstep/warp_functions.h"
 #include "compiler/runtime/device_data.h"
 #include "devlib/abi.h"
@@ -64,7 +64,7 @@ struct Printer {
 
 Printer& printer() {
     constexpr size_t kMostKept = 64 << 10;
-    Printer& own = threadObject<Printer>();
+    Printer& own = workerObject<Printer>();
     if (own.out.capacity() > kMostKept)
         std::string().swap(own.out);
     own.out.clear();

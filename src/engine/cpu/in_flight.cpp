@@ -8,6 +8,7 @@
 #include "base/threads/fiber_stacks.h"
 #include "base/threads/fiber_switch.h"
 #include "base/threads/sanitizer_fibers.h"
+#include "base/threads/worker_object.h"
 
 #include <bit>
 #include <csetjmp>
@@ -266,7 +267,7 @@ void InFlight::run() {
 
 bool runInFlight(Runner& runner, const InFlightLaunch& inFlight, const Tiling& tiling,
                  uint64_t first, uint64_t end) {
-    thread_local FiberStacks stacks;
+    FiberStacks& stacks = workerObject<FiberStacks>();
     try {
         stacks.reserve(kFibers, kStack);
     } catch (const Error&) {

@@ -5,6 +5,7 @@
 #include "api/cuda/driver/blocks/block_fibers.h"
 #include "api/cuda/driver/blocks/block_lockstep.h"
 #include "base/error.h"
+#include "base/threads/worker_object.h"
 #include "check/memory_check.h"
 
 #include <sys/mman.h>
@@ -90,8 +91,7 @@ constexpr devlib::BlockFunctions kLoopFunctions = {loopBarrier,    loopArrive, l
 
 // Shared memory for the blocks that a CPU thread runs one after another, kept for the next launch.
 SharedMemory& threadShared() {
-    thread_local SharedMemory memory;
-    return memory;
+    return workerObject<SharedMemory>();
 }
 
 } // namespace
@@ -201,8 +201,7 @@ BlockRunner::~BlockRunner() {
 }
 
 BlockRunner::Side& BlockRunner::keptSide() {
-    thread_local Side side;
-    return side;
+    return workerObject<Side>();
 }
 
 devlib::KernelThread BlockRunner::prototypeOf(uint64_t block, uint8_t* shared) const {

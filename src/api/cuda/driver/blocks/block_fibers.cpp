@@ -14,6 +14,7 @@
 #include "api/cuda/driver/blocks/block_fibers.h"
 
 #include "base/error.h"
+#include "base/threads/worker_object.h"
 
 #include <algorithm>
 #include <cstring>
@@ -36,8 +37,7 @@ Fibers*& currentBlock() {
 } // namespace
 
 FiberStacks& threadStacks() {
-    thread_local FiberStacks pool;
-    return pool;
+    return workerObject<FiberStacks>();
 }
 
 struct FiberTable {
