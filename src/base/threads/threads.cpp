@@ -2,6 +2,7 @@
 // See threads.h.
 #include "base/threads/threads.h"
 
+#include "base/float_mode.h"
 #include "base/threads/cpu_limits.h"
 #include "base/threads/thread_team.h"
 
@@ -101,12 +102,15 @@ StackBounds stackOfThread() {
     return bounds;
 }
 
+// The threads of an arena work in the mode in which its first call is made.
 void startArena() {
+    const DeviceFloatMode mode;
     workers().arena.initialize();
 }
 
 // If the arena is full, one of its threads runs the body.
 void inArena(const std::function<void()>& body) {
+    const DeviceFloatMode mode;
     char handOff = 0; // an address for the sanitizer
     SUNSTONE_HAPPENS_BEFORE(&handOff);
     tbb::task_arena& arena = team ? team->arena_->arena : workers().arena;

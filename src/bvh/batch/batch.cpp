@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bvh/batch/batch.h"
 
+#include "base/float_mode.h"
 #include "base/threads/threads.h"
 
 namespace sunstone::bvh {
@@ -17,6 +18,7 @@ const BatchKernels& batchKernels(Isa isa) {
 }
 
 void traceBatch(const RayBatch& batch, bool any) {
+    const DeviceFloatMode mode;
     static const BatchKernels& kernels = batchKernels(chosenIsa());
     const auto run = any ? kernels.any : kernels.closest;
     const uint64_t pieces = pieceCount(batch);

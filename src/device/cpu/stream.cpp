@@ -3,6 +3,7 @@
 #include "device/cpu/stream.h"
 
 #include "base/error.h"
+#include "base/float_mode.h"
 #include "base/forked.h"
 #include "base/process_end.h"
 #include "base/threads/thread_object.h"
@@ -161,6 +162,7 @@ void Stream::run(std::shared_ptr<Stream> self) {
         for (const CompletionPtr& earlier : item.waits)
             earlier->wait();
         memory().sealFreed();
+        setDeviceFloatMode(); // a host function may have changed it
         try {
             if (item.work)
                 item.work();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/gpu/code/code_queue.h"
 
+#include "base/float_mode.h"
 #include "base/forked.h"
 #include "base/log.h"
 #include "engine/gpu/process.h"
@@ -40,6 +41,7 @@ void GpuCodeQueue::add(const void* owner, std::function<void()> job) {
 }
 
 void GpuCodeQueue::run() {
+    setDeviceFloatMode();
     std::unique_lock lock(mutex_);
     while (!jobs_.empty() && !ends_) {
         Job job = std::move(jobs_.front());
