@@ -4,6 +4,7 @@
 #include "rays.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <random>
 
@@ -365,6 +366,28 @@ TEST_F(SceneChanges, OfUnusedObjects) {
     EXPECT_EQ(scenesOf([&] { ok(rtProgramGetId(idle, &id)); }), 1) << "it gets a record";
     EXPECT_EQ(scenesOf([&] { ok(rtProgramDestroy(idle)); }), 1);
     EXPECT_EQ(scenesOf([&] { ok(rtGroupSetChild(top, 3, square_)); }), 1);
+}
+
+// A launch after no change takes as long with many buffers that have ids as with few.
+TEST_F(SceneChanges, UnchangedBuffersCostALaunchNothing) {
+    const RTgroup top = row(1);
+    const auto quickest = [&] {
+        double best = 1e9;
+        for (unsigned i = 0; i < 50; ++i) {
+            const auto start = std::chrono::steady_clock::now();
+            EXPECT_EQ(launchOn(top), RT_SUCCESS);
+            const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+            best = std::min(best, time.count());
+        }
+        return best;
+    };
+    ok(rtVariableSet3f(variable("ray_origin"), 0.5f, 0.5f, 10));
+    const double few = quickest();
+    for (unsigned i = 0; i < 20000; ++i) {
+        int id = 0;
+        ok(rtBufferGetId(buffer(RT_BUFFER_INPUT, RT_FORMAT_FLOAT, 1), &id));
+    }
+    EXPECT_LT(quickest(), 5 * few);
 }
 
 // Level 1 has errors, level 2 adds created objects, level 3 adds each launch.

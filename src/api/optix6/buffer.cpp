@@ -68,6 +68,11 @@ Buffer::Buffer(const std::shared_ptr<Context>& context, unsigned description_)
     updateView();
 }
 
+Buffer::~Buffer() {
+    if (id != 0)
+        noteIds();
+}
+
 void Buffer::requireUnmapped() const {
     if (isMapped())
         refuse(RT_ERROR_ALREADY_MAPPED, "the buffer is mapped");
@@ -75,6 +80,16 @@ void Buffer::requireUnmapped() const {
 
 bool Buffer::isMapped() const {
     return std::find(mapped_.begin(), mapped_.end(), true) != mapped_.end();
+}
+
+// Updates the context's set of mapped buffers.
+void Buffer::noteMapped() {
+    auto& mapped = context()->mappedBuffers;
+    const Ref<Buffer> self = std::static_pointer_cast<Buffer>(shared_from_this());
+    if (isMapped())
+        mapped.insert(self);
+    else
+        mapped.erase(self);
 }
 
 void Buffer::setFormat(RTformat wanted) {
@@ -256,6 +271,7 @@ void* Buffer::map(unsigned flags, unsigned level) {
                " bytes");
     wasWritten_ |= flags != RT_BUFFER_MAP_READ;
     mapped_[level] = true;
+    noteMapped();
     if (memory && stream)
         stream->copyTo(memory, bytes());
     if (!memory || !isForeign())
@@ -287,6 +303,7 @@ void Buffer::unmap(unsigned level) {
     if (level >= mipLevels || !mapped_[level])
         refuse(RT_ERROR_INVALID_VALUE, "level ", level, " of the buffer is not mapped");
     mapped_[level] = false;
+    noteMapped();
     noteChange();
     if (copies_[level])
         backend().copy(data() + levelOffset(level), copies_[level].get(),

@@ -21,6 +21,7 @@ class Buffer : public Object {
 public:
     static constexpr Kind kKind = Kind::kBuffer;
     Buffer(const std::shared_ptr<Context>& context, unsigned description);
+    ~Buffer() override;
 
     void setFormat(RTformat format);
     void setElementSize(RTsize size);
@@ -86,6 +87,7 @@ private:
     bool isForeign() const;
     void requireUnmapped() const;
     void requireLevels(unsigned count) const;
+    void noteMapped();
     void allocate();
     void updateView();
     uint64_t levelElements(unsigned level) const;

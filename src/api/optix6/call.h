@@ -97,8 +97,13 @@ void removeObject(T& object) {
             objects().remove(variable->handle());
     objects().remove(object.handle());
 }
+inline void removeObject(Buffer& buffer) {
+    const auto self = std::static_pointer_cast<Buffer>(buffer.shared_from_this());
+    buffer.context()->mappedBuffers.erase(self);
+    objects().remove(buffer.handle());
+}
 
-// Whether the scene may depend on the object. Tables of ids are filled for each launch.
+// Whether the scene may depend on the object, apart from its id.
 template <class T>
 bool isSeen(const T& object) {
     if constexpr (std::is_base_of_v<Scoped, T>)

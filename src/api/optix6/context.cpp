@@ -47,6 +47,11 @@ void Object::noteSceneChange() const {
         owner->noteStructure();
 }
 
+void Object::noteIds() const {
+    if (const std::shared_ptr<Context> owner = context())
+        owner->idsChanged = true;
+}
+
 // Never destroyed: clients may call from their own exit handlers.
 HandleTable<Object>& objects() {
     static auto* table = new HandleTable<Object>;
@@ -129,9 +134,8 @@ void checkLaunch(const Context& context, unsigned entry, RTsize width, RTsize he
 }
 
 void checkUnmapped(const Context& context, bool withStreams) {
-    for (const Ref<Buffer>& ref : context.allBuffers)
-        if (const auto buffer = ref.lock();
-            buffer && buffer->isMapped() && (withStreams || !buffer->stream))
+    for (const Ref<Buffer>& ref : context.mappedBuffers)
+        if (const auto buffer = ref.lock(); buffer && (withStreams || !buffer->stream))
             refuse(RT_ERROR_ALREADY_MAPPED, "buffer ", buffer->handle(), " is mapped");
 }
 
@@ -265,6 +269,7 @@ int giveId(T& object, IdList<T>& list) {
     if (object.id == 0) {
         object.id = int(list.reserve());
         list.set(unsigned(object.id), std::static_pointer_cast<T>(object.shared_from_this()));
+        object.noteIds();
     }
     return object.id;
 }
@@ -272,7 +277,7 @@ int giveId(T& object, IdList<T>& list) {
 } // namespace
 
 int Context::idOf(Buffer& buffer) {
-    return giveId(buffer, buffers); // launches fill the tables of buffers and textures
+    return giveId(buffer, buffers);
 }
 int Context::idOf(TextureSampler& sampler) {
     return giveId(sampler, samplers);

@@ -7,7 +7,10 @@
 #include "api/optix6/texture_sampler.h"
 #include "engine/context.h"
 
+#include <atomic>
+#include <memory>
 #include <mutex>
+#include <set>
 
 namespace sunstone::optix6 {
 
@@ -85,6 +88,7 @@ public:
     IdList<Node> nodes{64};               // programs cannot keep their ids
     std::vector<Ref<Variable>> variables; // of all scopes
     std::vector<Ref<Buffer>> allBuffers;
+    std::set<Ref<Buffer>, std::owner_less<>> mappedBuffers;
     // Buffers that share their data with OpenGL.
     std::vector<Ref<Buffer>> glBuffers;
     std::vector<Ref<TextureSampler>> glSamplers;
@@ -101,6 +105,7 @@ public:
     bool usesRemoteDevice = false;
     // Changes since the last launch: everything, or the members below.
     bool structureChanged = true;
+    std::atomic<bool> idsChanged = true; // the objects with ids, or the data behind an id
     std::vector<Ref<Node>> movedNodes;
     std::vector<Ref<Acceleration>> dirtyAccelerations;
     uint64_t lastVersion = 0; // of bounds; unique among structures

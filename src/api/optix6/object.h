@@ -48,6 +48,8 @@ public:
     mutable bool isInScene = false;
     // Reports such a change to the context (Context::noteStructure).
     void noteSceneChange() const;
+    // Reports that an object with an id is new, destroyed or different (Context::idsChanged).
+    void noteIds() const;
     // Null while the context is being destroyed.
     virtual std::shared_ptr<Context> context() const { return owner_.lock(); }
 

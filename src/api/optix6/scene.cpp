@@ -532,8 +532,10 @@ void Scene::collectSamplers() {
 // Updates textures of samplers that programs can reach: those of variables, and those with ids.
 void Scene::updateTextures() {
     const auto update = [this](TextureSampler& sampler) {
-        if (sampler.update())
-            newTextures_.insert(&sampler);
+        if (!sampler.update())
+            return;
+        newTextures_.insert(&sampler);
+        sampler.noteIds();
     };
     for (const auto& [variable, ref] : samplers_)
         if (const std::shared_ptr<TextureSampler> sampler = ref.lock())
@@ -568,7 +570,9 @@ void Scene::fillNodes() {
     write(nodes_, nodesCopy_, std::move(nodes));
 }
 
-void Scene::fillTables() {
+void Scene::fillIds() {
+    if (!context_.idsChanged.exchange(false))
+        return;
     std::vector<uint64_t> textures(context_.samplers.size());
     std::vector<const devlib::BufferView*> views(context_.buffers.size(), &tables().emptyView);
     for (size_t id = 1; id < views.size(); ++id)
@@ -581,6 +585,10 @@ void Scene::fillTables() {
             textures[id] = sampler->texture;
     write(views_, viewsCopy_, std::move(views));
     write(textures_, texturesCopy_, std::move(textures));
+}
+
+void Scene::fillTables() {
+    fillIds();
     devlib::ClassicLaunch launch{};
     launch.nodes = nodes_.data();
     launch.nodeCount = uint32_t(nodes_.size());
@@ -603,6 +611,7 @@ void Scene::update() {
     const bool changed = context_.structureChanged;
     context_.structureChanged = true; // until all updates have succeeded
     if (changed) {
+        context_.idsChanged = true;
         const TimedReport timed(context_);
         collectNodes();
         linkNodes();

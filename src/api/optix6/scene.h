@@ -78,6 +78,7 @@ private:
     void bindVisit(const Selector& selector);
     void updateTextures();
     void fillTables();
+    void fillIds();
     void fillNodes();
     bool hasMotion() const;
     bool hasOneLevel() const;

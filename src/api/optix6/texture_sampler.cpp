@@ -78,6 +78,8 @@ TextureSampler::TextureSampler(const std::shared_ptr<Context>& context)
 TextureSampler::~TextureSampler() {
     if (texture)
         backend_->removeTexture(texture);
+    if (id != 0)
+        noteIds();
 }
 
 void TextureSampler::moveTo(const std::shared_ptr<engine::Backend>& backend) {
