@@ -3,6 +3,7 @@
 #include "support.h"
 
 #include <array>
+#include <chrono>
 
 namespace sunstone::api6 {
 namespace {
@@ -175,6 +176,37 @@ TEST_F(Values, OfMatrices) {
         }
         expectType(v, each.type, count * sizeof(float));
     }
+}
+
+// A search by name takes as long among many variables of an object as among few.
+TEST_F(Values, OfManyNames) {
+    const auto nameOf = [](unsigned i) { return "number" + std::to_string(i); };
+    const auto secondsOfSearches = [&](unsigned count) {
+        double best = 1e9;
+        for (unsigned turn = 0; turn < 5; ++turn) {
+            const auto start = std::chrono::steady_clock::now();
+            for (unsigned i = 0; i < 2000; ++i)
+                variable(nameOf((i * 7919) % count).c_str());
+            const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+            best = std::min(best, time.count());
+        }
+        return best;
+    };
+    for (unsigned i = 0; i < 20000; ++i) {
+        if (i % 1000 == 500) {
+            RTvariable removed = variable(nameOf(i - 1).c_str());
+            ok(rtContextRemoveVariable(context_, removed));
+            variable(nameOf(i - 1).c_str());
+        }
+        ok(rtVariableSet1ui(variable(nameOf(i).c_str()), i));
+    }
+    for (unsigned i = 0; i < 20000; i += 999) {
+        unsigned value = 0;
+        ok(rtVariableGet1ui(variable(nameOf(i).c_str()), &value));
+        EXPECT_EQ(value, i);
+    }
+    const double many = secondsOfSearches(20000);
+    EXPECT_LT(many, 5 * secondsOfSearches(20)) << "the first twenty";
 }
 
 } // namespace

@@ -64,13 +64,14 @@ bool callsBound(const Program& program) {
 // Variables without a value hide none.
 template <class Condition>
 bool anyValue(const Scope& scope, const Condition& condition) {
-    return std::any_of(scope.list.begin(), scope.list.end(), [&](const auto& variable) {
+    return std::any_of(scope.list().begin(), scope.list().end(), [&](const auto& variable) {
         return variable->type != RT_OBJECTTYPE_UNKNOWN && condition(variable->name);
     });
 }
 
 bool hasValue(const Scope& scope, const std::string& name) {
-    return anyValue(scope, [&](const std::string& each) { return each == name; });
+    const std::shared_ptr<Variable> found = scope.find(name);
+    return found && found->type != RT_OBJECTTYPE_UNKNOWN;
 }
 
 // One form of all lists of scopes in which each search has the same result: it lacks the scopes
@@ -159,7 +160,7 @@ void Block::write(uint32_t index) {
 // name each scope once, and no program without variables, so that programs that call each other
 // have a limited number of them.
 Scene::Scopes Scene::withOwn(const Program& program, Scopes scopes) {
-    if (program.scope.list.empty())
+    if (program.scope.list().empty())
         return scopes;
     std::erase(scopes, &program.scope);
     scopes.insert(scopes.begin(), &program.scope);

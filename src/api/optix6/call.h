@@ -93,7 +93,7 @@ RTresult create(const char* function, RTcontext handle, const char* parameter, H
 template <class T>
 void removeObject(T& object) {
     if constexpr (std::is_base_of_v<Scoped, T>)
-        for (const std::shared_ptr<Variable>& variable : object.scope.list)
+        for (const std::shared_ptr<Variable>& variable : object.scope.list())
             objects().remove(variable->handle());
     objects().remove(object.handle());
 }
@@ -107,7 +107,7 @@ inline void removeObject(Buffer& buffer) {
 template <class T>
 bool isSeen(const T& object) {
     if constexpr (std::is_base_of_v<Scoped, T>)
-        for (const std::shared_ptr<Variable>& variable : object.scope.list)
+        for (const std::shared_ptr<Variable>& variable : object.scope.list())
             if (variable->isSeen())
                 return true;
     return object.isInScene;

@@ -4,6 +4,7 @@
 
 #include "api/optix6/scene.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace sunstone::optix6 {
@@ -120,10 +121,43 @@ void Variable::get(RTobjecttype wanted, void* data, size_t size) const {
 }
 
 std::shared_ptr<Variable> Scope::find(const std::string& name) const {
-    for (const std::shared_ptr<Variable>& variable : list)
+    if (byName_) {
+        const auto found = byName_->find(name);
+        return found == byName_->end() ? nullptr : found->second;
+    }
+    for (const std::shared_ptr<Variable>& variable : list_)
         if (variable->name == name)
             return variable;
     return nullptr;
+}
+
+void Scope::add(const std::shared_ptr<Variable>& variable) {
+    constexpr size_t kFew = 16;
+    list_.push_back(variable);
+    if (byName_) {
+        byName_->emplace(variable->name, variable);
+    } else if (list_.size() > kFew) {
+        byName_ = std::make_unique<Table>();
+        for (const std::shared_ptr<Variable>& each : list_)
+            byName_->emplace(each->name, each);
+    }
+}
+
+bool Scope::remove(const std::shared_ptr<Variable>& variable) {
+    const auto found = std::find(list_.begin(), list_.end(), variable);
+    if (found == list_.end())
+        return false;
+    list_.erase(found);
+    if (byName_)
+        byName_->erase(variable->name);
+    return true;
+}
+
+void Scope::assign(const std::vector<std::shared_ptr<Variable>>& list) {
+    list_.clear();
+    byName_ = nullptr;
+    for (const std::shared_ptr<Variable>& variable : list)
+        add(variable);
 }
 
 bool isVariableName(const std::string& name) {

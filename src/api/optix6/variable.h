@@ -4,6 +4,9 @@
 
 #include "api/optix6/object.h"
 
+#include <memory>
+#include <string_view>
+#include <unordered_map>
 #include <vector>
 
 namespace sunstone::optix6 {
@@ -52,7 +55,17 @@ bool isNode(Kind kind);
 class Scope {
 public:
     std::shared_ptr<Variable> find(const std::string& name) const;
-    std::vector<std::shared_ptr<Variable>> list;
+    const std::vector<std::shared_ptr<Variable>>& list() const { return list_; }
+    void add(const std::shared_ptr<Variable>& variable);
+    // False: the scope does not have the variable.
+    bool remove(const std::shared_ptr<Variable>& variable);
+    void assign(const std::vector<std::shared_ptr<Variable>>& list);
+
+private:
+    std::vector<std::shared_ptr<Variable>> list_;
+    // Null as long as there are few variables.
+    using Table = std::unordered_map<std::string_view, std::shared_ptr<Variable>>;
+    std::unique_ptr<Table> byName_;
 };
 
 // An object with variables.

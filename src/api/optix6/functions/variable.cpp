@@ -24,7 +24,7 @@ void declare(Scoped& object, Context& context, const char* name, RTvariable* v) 
                " exists");
     auto variable = std::make_shared<Variable>(context.self(), name, &object);
     *v = static_cast<RTvariable>(objects().add(variable));
-    object.scope.list.push_back(variable);
+    object.scope.add(variable);
     auto& all = context.variables;
     if (all.size() == all.capacity())
         all.erase(std::remove_if(all.begin(), all.end(), [](const auto& r) { return r.expired(); }),
@@ -44,12 +44,9 @@ void query(Scoped& object, const char* name, RTvariable* v) {
 
 void removeVariable(Scoped& object, Context& context, RTvariable v) {
     const std::shared_ptr<Variable> variable = require<Variable>(v, "v");
-    auto& list = object.scope.list;
-    const auto found = std::find(list.begin(), list.end(), variable);
-    if (found == list.end())
+    if (!object.scope.remove(variable))
         refuse(RT_ERROR_VARIABLE_NOT_FOUND, "v = \"", variable->name,
                "\" is not a variable of the ", nameOf(object.kind));
-    list.erase(found);
     objects().remove(v);
     if (variable->isSeen())
         context.noteStructure();
@@ -58,7 +55,7 @@ void removeVariable(Scoped& object, Context& context, RTvariable v) {
 void variableAt(Scoped& object, unsigned index, RTvariable* v, RTresult outside) {
     requireNonNull(v, "v");
     *v = nullptr;
-    const auto& list = object.scope.list;
+    const auto& list = object.scope.list();
     if (index >= list.size())
         refuse(outside, "index = ", index, " of ", list.size(), " variables");
     *v = static_cast<RTvariable>(list[index]->handle());
@@ -82,7 +79,7 @@ void variableAt(Scoped& object, unsigned index, RTvariable* v, RTresult outside)
     }                                                                                              \
     SUNSTONE_API RTresult rt##Class##GetVariableCount(Handle h, unsigned* count) {                 \
         return SUNSTONE_CALL(Class, parameter, [&](Class& object) {                                \
-            store(count, "count", unsigned(object.scope.list.size()));                             \
+            store(count, "count", unsigned(object.scope.list().size()));                           \
         });                                                                                        \
     }                                                                                              \
     SUNSTONE_API RTresult rt##Class##GetVariable(Handle h, unsigned index, RTvariable* v) {        \

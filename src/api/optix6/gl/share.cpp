@@ -164,7 +164,7 @@ Share::Share(Context& context) : context_(context) {
 }
 
 void Share::fetch(const PostProcessingStage& stage) {
-    for (const std::shared_ptr<Variable>& variable : stage.scope.list) {
+    for (const std::shared_ptr<Variable>& variable : stage.scope.list()) {
         const std::shared_ptr<Object> object = variable->object.lock();
         if (!object || object->kind != Kind::kBuffer)
             continue;

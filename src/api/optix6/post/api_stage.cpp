@@ -28,7 +28,7 @@ SUNSTONE_API RTresult rtPostProcessingStageCreateBuiltin(RTcontext handle, const
                 refuse(RT_ERROR_INVALID_VALUE, "builtinName = \"", name,
                        "\" is none of the stages ", PostProcessingStage::knownNames());
             const auto made = std::make_shared<PostProcessingStage>(context.self(), *kind);
-            for (const std::shared_ptr<Variable>& variable : made->scope.list)
+            for (const std::shared_ptr<Variable>& variable : made->scope.list())
                 objects().add(variable);
             *stage = static_cast<RTpostprocessingstage>(objects().add(made));
         },
@@ -70,7 +70,7 @@ SUNSTONE_API RTresult rtPostProcessingStageQueryVariable(RTpostprocessingstage s
 SUNSTONE_API RTresult rtPostProcessingStageGetVariableCount(RTpostprocessingstage stage,
                                                             unsigned* count) {
     return callStage(__func__, stage, [&](PostProcessingStage& object) {
-        store(count, "count", unsigned(object.scope.list.size()));
+        store(count, "count", unsigned(object.scope.list().size()));
     });
 }
 
@@ -79,7 +79,7 @@ SUNSTONE_API RTresult rtPostProcessingStageGetVariable(RTpostprocessingstage sta
     return callStage(__func__, stage, [&](PostProcessingStage& object) {
         requireNonNull(variable, "variable");
         *variable = nullptr;
-        const auto& list = object.scope.list;
+        const auto& list = object.scope.list();
         if (index >= list.size())
             refuse(RT_ERROR_INVALID_VALUE, "index = ", index, " of ", list.size(), " variables");
         *variable = static_cast<RTvariable>(list[index]->handle());

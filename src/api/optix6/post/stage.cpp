@@ -57,7 +57,7 @@ bool imageFormat(RTformat format, denoise::Format& result) {
 PostProcessingStage::PostProcessingStage(const std::shared_ptr<Context>& context, StageKind stage)
     : Scoped(kKind, context), stage_(stage) {
     for (const char* name : factsOf(stage).variables)
-        scope.list.push_back(std::make_shared<Variable>(context, name));
+        scope.add(std::make_shared<Variable>(context, name));
 }
 
 std::optional<StageKind> PostProcessingStage::kindOf(std::string_view name) {

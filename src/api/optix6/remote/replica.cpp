@@ -223,8 +223,8 @@ void Replica::readScope(Reader& in, Scoped& object) {
         variable->bytes = bytes;
         variable->object = value;
     }
-    isStructure |= list.size() != object.scope.list.size();
-    object.scope.list = std::move(list);
+    isStructure |= list.size() != object.scope.list().size();
+    object.scope.assign(list);
     std::erase_if(context_->variables, [](const auto& ref) { return ref.expired(); });
     if (isStructure)
         context_->noteStructure();

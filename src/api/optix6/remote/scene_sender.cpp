@@ -132,8 +132,8 @@ void SceneSender::writeText(Writer& out, const ProgramCode& code) {
 
 void SceneSender::writeScope(Writer& out, uint64_t number, const Scoped& object, Sent& sent) {
     Writer own([this](const std::shared_ptr<Object>& other) { note(other); });
-    own.all(uint64_t(object.scope.list.size()));
-    for (const std::shared_ptr<Variable>& variable : object.scope.list)
+    own.all(uint64_t(object.scope.list().size()));
+    for (const std::shared_ptr<Variable>& variable : object.scope.list())
         own.all(variable->name, variable->type, variable->bytes, variable->object);
     if (sent.scope == own.bytes)
         return;
