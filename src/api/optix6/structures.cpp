@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <set>
 
 namespace sunstone::optix6 {
 
@@ -202,15 +203,14 @@ void Scene::followChanges() {
         if (const std::shared_ptr<Node> node = ref.lock();
             node && node->place < order_.size() && order_[node->place] == node)
             waiting[node->place];
-    std::vector<Acceleration*> dirty;
+    std::set<Acceleration*> dirty;
     for (const Ref<Acceleration>& ref : context_.dirtyAccelerations)
         if (const std::shared_ptr<Acceleration> acceleration = ref.lock();
             acceleration && acceleration->dirty)
             for (const uint32_t place : acceleration->owners)
                 if (place < order_.size() && accelerationOf(*order_[place]) == acceleration.get()) {
                     waiting[place];
-                    if (std::find(dirty.begin(), dirty.end(), acceleration.get()) == dirty.end())
-                        dirty.push_back(acceleration.get());
+                    dirty.insert(acceleration.get());
                 }
     for (Acceleration* acceleration : dirty)
         ++acceleration->version;
