@@ -43,7 +43,7 @@ const std::vector<JobKind>& jobKinds() {
         std::vector<JobKind> all;
         for (const auto& jobs :
              {pathJobs(), surfaceJobs(), leafJobs(), motionJobs(), outdoorJobs(), shapeJobs(),
-              listJobs(), buildJobs(), secondJobs(), thirdJobs(), fourthJobs()})
+              listJobs(), buildJobs(), secondJobs(), thirdJobs(), fourthJobs(), fifthJobs()})
             all.insert(all.end(), jobs.begin(), jobs.end());
         return all;
     }();

@@ -140,6 +140,8 @@ std::vector<JobKind> secondJobs();
 std::vector<JobKind> thirdJobs();
 // The fourth set; fourth/list.cpp.
 std::vector<JobKind> fourthJobs();
+// The fifth set; fifth/list.cpp.
+std::vector<JobKind> fifthJobs();
 
 // The pipeline of a job, with its shader binding table.
 class JobPipeline {

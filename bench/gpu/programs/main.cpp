@@ -7,9 +7,9 @@
 //   bench_programs --report FOLDER                         the table; 1 if pictures differ
 //   bench_programs --program paths_16                      one, in this process
 // Sunstone is tuned on the first set of programs and on the second (second/list.cpp, --set second).
-// The third set (third/list.cpp, --set third) has programs of other kinds, which did not serve to
-// tune Sunstone before their first run. Sunstone is not tuned on the fourth set (fourth/list.cpp,
-// --set fourth).
+// The third set (third/list.cpp, --set third) and the fourth (fourth/list.cpp, --set fourth) have
+// programs of other kinds, which did not serve to tune Sunstone before their first run. Sunstone is
+// not tuned on the fifth set (fifth/list.cpp, --set fifth).
 #include "arguments.h"
 #include "run.h"
 
@@ -57,7 +57,7 @@ int run(int argc, char** argv) {
     Arguments arguments("Whole programs on the OptiX library the loader finds.");
     arguments.add("--program", choice.program, programHelp());
     arguments.add("--all", choice.all, 0, 1, "1: all programs of the set, each in two processes");
-    arguments.add("--set", s.set, "with --all: first, second, third, fourth or all");
+    arguments.add("--set", s.set, "with --all: first, second, third, fourth, fifth or all");
     arguments.add("--only", choice.names, "with --all: names of any set, separated by commas");
     arguments.add("--report", choice.report, "folder of results to make a table of");
     arguments.add("--reference", choice.reference, "with --report: the other label");
@@ -76,9 +76,10 @@ int run(int argc, char** argv) {
     s.job.scale = std::stod(choice.scale);
     if (!(s.job.scale > 0 && s.job.scale <= 1))
         throw std::runtime_error("--scale " + choice.scale + " is not above 0 and at most 1");
-    constexpr std::string_view kSets[] = {"first", "second", "third", "fourth", "all"};
+    constexpr std::string_view kSets[] = {"first", "second", "third", "fourth", "fifth", "all"};
     if (std::find(std::begin(kSets), std::end(kSets), s.set) == std::end(kSets))
-        throw std::runtime_error("--set " + s.set + " is not first, second, third, fourth or all");
+        throw std::runtime_error("--set " + s.set +
+                                 " is not first, second, third, fourth, fifth or all");
     s.started = std::stoll(choice.started);
     s.names = wordsOf(choice.names);
     for (const std::string& name : s.names)

@@ -16,7 +16,7 @@ struct RunSettings {
     std::string label = "sunstone";                  // whose they are
     std::string phase = "warm";                      // "cold": caches are empty
     std::vector<std::string> names;                  // empty: all of the set
-    std::string set = "first";                       // first, second, third, fourth or all
+    std::string set = "first";                       // first, second, third, fourth, fifth or all
     unsigned repeats = 5, seconds = 600, limit = 60; // of all programs; of one process
     long long started = 0; // CLOCK_MONOTONIC in ns at the start of the process; 0: unknown
 };

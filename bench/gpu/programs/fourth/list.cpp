@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fourth set: programs of kinds that the other sets lack. Nothing is tuned on them.
+// The fourth set: programs of kinds that the first three sets lack. They did not serve to tune
+// Sunstone before their first run.
 #include "programs.h"
 
 namespace bench {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes of the fourth set's scenes, in addition to ../third/shapes.h.
+// Meshes of the fourth and the fifth set's scenes, in addition to ../third/shapes.h.
 #pragma once
 
 #include "../scene.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What most programs of the third and the fourth set have: a scene, programs, one pipeline with a
+// What most programs of the third and the later sets have: a scene, programs, one pipeline with a
 // table, and a picture. shapes.h has their meshes, ../second/kit.h the parts.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes of the scenes of the third and the fourth set.
+// Meshes of the scenes of the third and the later sets.
 #pragma once
 
 #include "../../../scenes.h"

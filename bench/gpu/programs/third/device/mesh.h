@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles in records and launch parameters of the third and the fourth set.
+// Triangles in records and launch parameters of the third and the later sets.
 #pragma once
 
 #include "vec.h"
