@@ -5,7 +5,8 @@
 namespace bench {
 
 std::vector<JobKind> fifthJobs() {
-    return {assembliesJob(), latticeworkJob(), metaballsJob()};
+    return {assembliesJob(), latticeworkJob(), metaballsJob(),
+            landscapeJob(),  showroomJob(),    carouselsJob()};
 }
 
 } // namespace bench

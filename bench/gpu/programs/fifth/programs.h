@@ -17,5 +17,8 @@ JobKind fifthJob(const char* name, const char* summary, double meanTolerance,
 JobKind assembliesJob();
 JobKind latticeworkJob();
 JobKind metaballsJob();
+JobKind landscapeJob();
+JobKind showroomJob();
+JobKind carouselsJob();
 
 } // namespace bench
