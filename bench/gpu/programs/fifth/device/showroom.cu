@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Goods with textures and finishes. Closest-hit programs read textures and call the continuation
-// callable of the finish, which traces shadow rays and up to two rays that closest-hit programs
-// shade in turn. Payload: colour, depth, random state.
+// callable of the finish, which traces short rays and up to two that closest-hit programs shade in
+// turn. Payload: colour, depth, random state.
 #include "showroom.h"
 #include "tools.h"
 
