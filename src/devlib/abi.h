@@ -353,8 +353,9 @@ struct BlockFunctions {
     // shfl, vote, match, redux, bar.warp.sync: returns once all running lanes of `mask` have
     // arrived; values[lane] then has the value of each. Result: the lanes that took part.
     uint32_t (*exchange)(KernelThread*, uint32_t mask, uint64_t value, uint64_t values[32]);
-    // activemask: the lanes assumed to run together; only the own lane is certain.
-    uint32_t (*activeMask)(KernelThread*);
+    // activemask: the lanes assumed to run together; only the own lane is certain. `site`: of the
+    // instruction.
+    uint32_t (*activeMask)(KernelThread*, const void* site);
     // exit, or a fault: ends the calling thread. Does not return.
     void (*exitThread)(KernelThread*);
     // trap or a failed assertion: as exitThread, and the launch fails for all its threads.

@@ -471,6 +471,25 @@ TEST_F(Lockstep, ActiveLanesOfTheLastRound) {
     }
 }
 
+// Lanes at different instructions do not run together. Otherwise votes among active lanes, of which
+// some are at another vote, may never agree.
+TEST_F(Lockstep, ActiveLanesAreAtOneInstruction) {
+    for (const char* way : {"single", "lockstep", "runs"}) {
+        CUmodule module =
+            load(loopText("and.b32 %r5, %r1, 1; setp.eq.u32 %p1, %r5, 0; @%p1 bra A;\n"
+                          "activemask.b32 %r7; add.u32 %r7, %r7, 1; bra B;\n"
+                          "A: activemask.b32 %r7; add.u32 %r7, %r7, 2; B:\n"
+                          "st.global.u32 [%rd2], %r7;\n"));
+        CUresult result = CUDA_SUCCESS;
+        const std::vector<unsigned> masks =
+            run(find(module, "loops"), {{64, 1, 1}, {2, 1, 1}}, way, &result);
+        ASSERT_EQ(result, CUDA_SUCCESS);
+        for (size_t i = 0; i < masks.size(); ++i)
+            EXPECT_EQ(masks[i], i % 2 ? 0xAAAAAAABu : 0x55555557u) << way << " " << i;
+        EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+    }
+}
+
 // Errors end a launch in both forms of the kernel.
 TEST_F(Lockstep, ErrorsAreTheSame) {
     struct Bad {

@@ -304,7 +304,7 @@ void spin(KernelThread* thread) {
 }
 
 uint32_t activeMask(KernelThread* thread) {
-    return functionsOf(thread)->activeMask(thread);
+    return functionsOf(thread)->activeMask(thread, __builtin_return_address(0));
 }
 
 Gathered exchange(KernelThread* thread, uint32_t mask, uint64_t value) {

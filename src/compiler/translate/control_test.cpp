@@ -255,7 +255,7 @@ uint32_t fakeExchange(KernelThread* thread, uint32_t mask, uint64_t value, uint6
         values[lane] = lane == thread->laneid ? value : value == 1 ? lane & 1 : lane * 10;
     return mask;
 }
-uint32_t fakeActive(KernelThread*) {
+uint32_t fakeActive(KernelThread*, const void*) {
     return 0xf;
 }
 void fakeExit(KernelThread* thread) {

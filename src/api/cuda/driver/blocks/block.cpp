@@ -43,7 +43,7 @@ uint32_t loopExchange(devlib::KernelThread* thread, uint32_t, uint64_t value, ui
     values[thread->laneid] = value;
     return 1u << thread->laneid;
 }
-uint32_t loopActiveMask(devlib::KernelThread* thread) {
+uint32_t loopActiveMask(devlib::KernelThread* thread, const void*) {
     return 1u << thread->laneid;
 }
 void loopExit(devlib::KernelThread* thread) {

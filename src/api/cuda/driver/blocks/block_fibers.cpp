@@ -7,10 +7,10 @@
 // count only live threads.
 //
 // activeMask waits for no partners: when no thread is ready, it returns all lanes of the warp that
-// called it, which is the convergence that programs expect. A thread that keeps reading memory that
-// others may write yields and stays ready. If all ready threads only yield, the block waits for
-// other blocks or the host. If no thread is ready and threads remain, the kernel is deadlocked, and
-// the launch fails instead of hanging.
+// wait at the same instruction, which is the convergence that programs expect. A thread that keeps
+// reading memory that others may write yields and stays ready. If all ready threads only yield, the
+// block waits for other blocks or the host. If no thread is ready and threads remain, the kernel is
+// deadlocked, and the launch fails instead of hanging.
 #include "api/cuda/driver/blocks/block_fibers.h"
 
 #include "base/error.h"
@@ -52,7 +52,9 @@ struct FiberTable {
     static uint32_t exchange(KernelThread* t, uint32_t mask, uint64_t value, uint64_t values[32]) {
         return of(t).exchange(t, mask, value, values);
     }
-    static uint32_t activeMask(KernelThread* t) { return of(t).activeMask(t); }
+    static uint32_t activeMask(KernelThread* t, const void* site) {
+        return of(t).activeMask(t, site);
+    }
     static void exitThread(KernelThread* t) { of(t).leave(t); }
     static void fault(KernelThread* t, uint32_t kind) { of(t).fault(t, kind); }
     static void yield(KernelThread* t) { of(t).yield(t); }
@@ -282,9 +284,10 @@ void BlockRunner::Fibers::tryExchange(uint32_t warp) {
     }
 }
 
-uint32_t BlockRunner::Fibers::activeMask(KernelThread* thread) {
+uint32_t BlockRunner::Fibers::activeMask(KernelThread* thread, const void* site) {
     Fiber& fiber = fiberOf(thread);
     fiber.state = State::kActive;
+    fiber.site = site;
     --ready_;
     suspend(fiber);
     return fiber.result;
@@ -294,16 +297,20 @@ bool BlockRunner::Fibers::resolveActive() {
     bool any = false;
     for (size_t first = 0; first < fibers_.size(); first += 32) {
         const size_t end = std::min(first + 32, fibers_.size());
-        uint32_t mask = 0;
-        for (size_t i = first; i < end; ++i)
-            if (fibers_[i].state == State::kActive)
-                mask |= 1u << (i - first);
-        for (size_t i = first; i < end; ++i) {
-            if (fibers_[i].state != State::kActive)
+        for (size_t leader = first; leader < end; ++leader) {
+            if (fibers_[leader].state != State::kActive)
                 continue;
-            fibers_[i].result = mask;
-            fibers_[i].state = State::kReady;
-            ++ready_;
+            const void* const site = fibers_[leader].site;
+            uint32_t mask = 0;
+            for (size_t i = leader; i < end; ++i)
+                if (fibers_[i].state == State::kActive && fibers_[i].site == site)
+                    mask |= 1u << (i - first);
+            for (size_t i = leader; i < end; ++i)
+                if (mask >> (i - first) & 1) {
+                    fibers_[i].result = mask;
+                    fibers_[i].state = State::kReady;
+                    ++ready_;
+                }
             any = true;
         }
     }

@@ -31,7 +31,7 @@ struct BlockRunner::Fibers {
     void arrive(uint32_t id, uint32_t threads);
     uint32_t exchange(devlib::KernelThread* thread, uint32_t mask, uint64_t value,
                       uint64_t values[32]);
-    uint32_t activeMask(devlib::KernelThread* thread);
+    uint32_t activeMask(devlib::KernelThread* thread, const void* site);
     void leave(devlib::KernelThread* thread);
     void fault(devlib::KernelThread* thread, uint32_t kind);
     void yield(devlib::KernelThread* thread);
@@ -51,6 +51,7 @@ private:
         uint32_t result;
         uint64_t value;
         uint64_t* values;
+        const void* site; // of an active mask
     };
 
     Fiber& fiberOf(devlib::KernelThread* thread);
