@@ -124,24 +124,8 @@ public:
     }
 
     GpuCode run() {
-        programs_.declare();
-        unit_.translateQueue();
-        const GpuHeader header = headerOfText();
-        optimizer_->dump("translated");
-        verify(unit_, "translation");
-        optimizer_->promote();
-        markIntrinsicUsers(unit_);
-        optimizer_->inlineAlways();
-        optimizer_->promote();
-        optimizer_->forwardStores();
-        programs_.copyShared();
-        bindValues();
-        unit_.flavor().lower(unit_, programs_.payloads());
-        passCandidates(unit_, programs_.functions());
-        lowerFlushes(unit_.module());
-        if (request_.pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow)
-            addStackChecks(unit_);
-        llvm::StripDebugInfo(unit_.module());
+        const GpuHeader header = translate();
+        lower();
         times_.step("translate");
         code_.feedback += kernel_.choose();
         if (kernel_.refuses())
@@ -154,21 +138,7 @@ public:
         optimizer_->dump("cut");
         verify(unit_, "cutting");
         times_.step("cut");
-        if (kernel_.isApart())
-            declareDispatchers(unit_.module(), request_.part);
-        else
-            kernel_.make();
-        auto constants = request_.constants;
-        constants.emplace_back("sunstone_gpu_inStep", kernel_.walksInStep());
-        linkGpuRuntime(unit_.module(), *machine_, request_.runtime, constants);
-        if (request_.part != GpuPart::kKernel) {
-            defineDispatchers(unit_.module(), request_, programs_.functions(), kernel_.cuts());
-            defineGroupFacts(unit_.module(), request_.groups);
-        }
-        kernel_.hideOthers();
-        optimizer_->dump("linked");
-        verify(unit_, "linking");
-        times_.step("link");
+        link();
         optimizeForGpu(unit_.module(), *machine_, kernel_.effort());
         kernel_.foldStates();
         code_.laneMemoryBytes = kernel_.placeStates();
@@ -192,6 +162,52 @@ public:
     }
 
 private:
+    // Returns the header that the text needs.
+    GpuHeader translate() {
+        programs_.declare();
+        unit_.translateQueue();
+        const GpuHeader header = headerOfText();
+        optimizer_->dump("translated");
+        verify(unit_, "translation");
+        optimizer_->promote();
+        markIntrinsicUsers(unit_);
+        optimizer_->inlineAlways();
+        optimizer_->promote();
+        optimizer_->forwardStores();
+        return header;
+    }
+
+    void lower() {
+        programs_.copyShared();
+        bindValues();
+        hasLongIntersections_ = programs_.haveLongIntersections();
+        unit_.flavor().lower(unit_, programs_.payloads());
+        passCandidates(unit_, programs_.functions());
+        lowerFlushes(unit_.module());
+        if (request_.pipeline.rules.exceptionFlags & devlib::kFlagStackOverflow)
+            addStackChecks(unit_);
+        llvm::StripDebugInfo(unit_.module());
+    }
+
+    void link() {
+        if (kernel_.isApart())
+            declareDispatchers(unit_.module(), request_.part);
+        else
+            kernel_.make();
+        auto constants = request_.constants;
+        constants.emplace_back("sunstone_gpu_inStep", kernel_.walksInStep());
+        constants.emplace_back("sunstone_gpu_longIntersections", hasLongIntersections_);
+        linkGpuRuntime(unit_.module(), *machine_, request_.runtime, constants);
+        if (request_.part != GpuPart::kKernel) {
+            defineDispatchers(unit_.module(), request_, programs_.functions(), kernel_.cuts());
+            defineGroupFacts(unit_.module(), request_.groups);
+        }
+        kernel_.hideOthers();
+        optimizer_->dump("linked");
+        verify(unit_, "linking");
+        times_.step("link");
+    }
+
     // Returns the header that the instructions passed through LLVM as text need.
     GpuHeader headerOfText() {
         const GpuTarget& gpu = request_.target;
@@ -230,6 +246,7 @@ private:
     Unit unit_;
     GpuPrograms programs_;
     LaunchKernel kernel_;
+    bool hasLongIntersections_ = false;
     std::optional<Optimizer> optimizer_;
     GpuCode code_;
 };

@@ -44,6 +44,14 @@ void GpuPrograms::copyShared() {
     }
 }
 
+bool GpuPrograms::haveLongIntersections() const {
+    constexpr unsigned kShort = 110; // LLVM instructions (docs/notes/programs-gpu.md)
+    return std::ranges::any_of(functions_, [&](llvm::Function* function) {
+        return unit_.kinds().at(function) == ProgramKind::kIntersection &&
+               function->getInstructionCount() > kShort;
+    });
+}
+
 std::vector<llvm::Function*> GpuPrograms::mainsOf(devlib::GroupKind kind) const {
     std::vector<llvm::Function*> mains;
     for (const GpuGroup& group : request_.groups) {

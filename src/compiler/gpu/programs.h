@@ -21,6 +21,8 @@ public:
     // By index in the request.
     std::vector<llvm::Function*>& functions() { return functions_; }
     const std::vector<llvm::Function*>& functions() const { return functions_; }
+    // Whether an intersection program takes longer than the test of a node. Before lowering.
+    bool haveLongIntersections() const;
     // The main programs of groups of this kind, each once.
     std::vector<llvm::Function*> mainsOf(devlib::GroupKind kind) const;
 

@@ -404,7 +404,11 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     static SUNSTONE_INLINE_MEMBER bool mayEnter(bool wants) {
         return areEnough(wants, 1, kMotion ? 2 : 4);
     }
-    static SUNSTONE_INLINE_MEMBER bool mayIntersect(bool wants) {
+    // Short programs are not worth the wait, and any-hit programs end rays.
+    SUNSTONE_INLINE_MEMBER bool mayIntersect(bool wants) const {
+        if (!sunstone_gpu_longIntersections ||
+            holds(sunstone_gpu_hasAnyHit, state->launch->hasAnyHit))
+            return wants;
         return kMotion ? areEnough(wants, 1, 2) : areEnough(wants, 3, 4);
     }
     // Whether lanes wait longer with pieces of curves: with instances, few lanes are in curves at
