@@ -7,9 +7,8 @@
 //   bench_programs --report FOLDER                         the table; 1 if pictures differ
 //   bench_programs --program paths_16                      one, in this process
 // Sunstone is tuned on the first set of programs and on the second (second/list.cpp, --set second).
-// The third set (third/list.cpp, --set third) and the fourth (fourth/list.cpp, --set fourth) have
-// programs of other kinds, which did not serve to tune Sunstone before their first run. Sunstone is
-// not tuned on the fifth set (fifth/list.cpp, --set fifth).
+// The third, the fourth and the fifth set have programs of other kinds, which did not serve to tune
+// Sunstone before their first run.
 #include "arguments.h"
 #include "run.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fifth set: programs of kinds that the other sets lack. Nothing is tuned on them.
+// The fifth set: programs of kinds that the first four sets lack.
 #include "programs.h"
 
 namespace bench {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The third set: programs of kinds that the other sets lack. Nothing is tuned on them.
+// The third set: programs of kinds that the first two sets lack.
 #include "programs.h"
 
 namespace bench {
