@@ -477,9 +477,8 @@ TEST_F(Lockstep, ActiveLanesAreAtOneInstruction) {
     for (const char* way : {"single", "lockstep", "runs"}) {
         CUmodule module =
             load(loopText("and.b32 %r5, %r1, 1; setp.eq.u32 %p1, %r5, 0; @%p1 bra A;\n"
-                          "activemask.b32 %r7; add.u32 %r7, %r7, 1; bra B;\n"
-                          "A: activemask.b32 %r7; add.u32 %r7, %r7, 2; B:\n"
-                          "st.global.u32 [%rd2], %r7;\n"));
+                          "activemask.b32 %r9; add.u32 %r9, %r9, 1; bra B;\n"
+                          "A: activemask.b32 %r9; add.u32 %r9, %r9, 2; B:\n"));
         CUresult result = CUDA_SUCCESS;
         const std::vector<unsigned> masks =
             run(find(module, "loops"), {{64, 1, 1}, {2, 1, 1}}, way, &result);

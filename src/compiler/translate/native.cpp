@@ -247,8 +247,10 @@ llvm::CallInst* FunctionTranslator::callAssembly(const Assembly& code) {
     llvm::CallInst* call = builder_.CreateCall(
         type, llvm::InlineAsm::get(type, code.text, constraints, code.form.effects), code.values);
     call->addFnAttr(llvm::Attribute::NoUnwind);
-    if (code.form.convergent)
+    if (code.form.convergent) {
         call->addFnAttr(llvm::Attribute::Convergent);
+        call->addFnAttr(llvm::Attribute::NoMerge); // LLVM hoists convergent calls of two branches
+    }
     if (!code.form.effects)
         call->setMemoryEffects(llvm::MemoryEffects::none());
     return call;

@@ -185,7 +185,11 @@ Value* FunctionTranslator::meet(ptx::Lockstep how, llvm::Type* result,
     std::vector<llvm::Type*> types;
     for (const Value* value : values)
         types.push_back(value->getType());
-    return builder_.CreateCall(unit_.helper(function.name, result, types, false), values);
+    llvm::CallInst* const call =
+        builder_.CreateCall(unit_.helper(function.name, result, types, false), values);
+    if (function.effect == LaneFunction::kAsks)
+        call->addFnAttr(llvm::Attribute::NoMerge); // two branches ask for different lanes
+    return call;
 }
 
 // A cluster is one block: its threads meet where they wait.
