@@ -59,7 +59,7 @@ OptixModule Programs::builtin(OptixPrimitiveType type, unsigned buildFlags) {
     const Stopwatch watch(compileTime_);
     OptixBuiltinISOptions builtin = {};
     builtin.builtinISModuleType = type;
-    builtin.usesMotionBlur = options.usesMotionBlur;
+    builtin.usesMotionBlur = 0; // no program of these sets moves vertices
     builtin.buildFlags = buildFlags;
     OptixModule module = nullptr;
     OPTIX_CHECK(optixBuiltinISModuleGet(context_, &moduleOptions, &options, &builtin, &module));
