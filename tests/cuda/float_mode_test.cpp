@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels round to nearest, keep subnormal numbers and do not trap, whatever the mode of the thread
-// that launches them is.
+// The floating-point mode of a thread does not reach the kernels that it launches: they round to
+// nearest and keep subnormal numbers, and a division by zero is no fault.
 #include <cuda.h>
 #include <gtest/gtest.h>
 

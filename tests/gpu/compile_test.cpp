@@ -4,6 +4,7 @@
 #include "bvh/gpu/build/builder.h"
 #include "bvh/gpu/kernels_ptx.h"
 #include "bvh/gpu/layout.h"
+#include "engine/gpu/code/machine_code.h"
 #include "gpu/pipelines.h"
 
 #include <gtest/gtest.h>
@@ -227,6 +228,23 @@ TEST(GpuCompile, FramesAreReadFromTheLog) {
     EXPECT_EQ(compiler::gpuSpillsIn("Function properties for sunstone_launch\nnothing\n"), 0u);
     const std::string_view log = kLog; // without the kernel's name it belongs to another function
     EXPECT_TRUE(compiler::gpuFramesIn(log.substr(log.find("for f_$"))).empty());
+}
+
+// kLog has 392 bytes of spill stores.
+TEST(GpuCompile, KernelsThatSpillGetMoreRegisters) {
+    const auto better = [](bool intersects, bool takesTurns, bool recurses, unsigned registers) {
+        compiler::GpuPipelineRequest request;
+        request.constants = {{"sunstone_gpu_hasIntersection", intersects}};
+        compiler::GpuCode code;
+        code.takesTurns = takesTurns;
+        code.recurses = recurses;
+        return engine::betterRegisters(kLog, code, request, registers);
+    };
+    EXPECT_EQ(better(true, false, false, 72), 96u);
+    EXPECT_EQ(better(true, false, false, 96), 0u);
+    EXPECT_EQ(better(true, true, false, 80), 0u);
+    EXPECT_EQ(better(true, true, true, 72), 0u);
+    EXPECT_EQ(better(false, false, false, 72), 0u);
 }
 
 TEST(GpuCompile, MachineCodeAndMeasuredStacksAreKept) {

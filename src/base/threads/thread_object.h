@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // One object per thread for API calls. Programs also call the API from exit handlers and from
 // destructors of global objects, which run after the main thread's thread_local objects have been
-// destroyed. Such a call creates a second object, which is never destroyed.
+// destroyed. Such a call creates a second object, which is never destroyed. The library of the call
+// may be unloaded, which workerObject() (worker_object.h) does not allow.
 #pragma once
 
 namespace sunstone {

@@ -102,10 +102,12 @@ private:
         });
     }
 
-    // False: a function that is not cut may call them.
+    // False: a function that is not cut may call them, or a call with other types.
     bool findCalls() {
         for (llvm::Function& function : unit_.module())
             for (llvm::CallInst* call : callsByAddress(function)) {
+                if (isOfOtherTypes(*call))
+                    return false;
                 if (calleesOf(*call).empty())
                     continue;
                 if (!mayBeCut(kindOf(unit_, &function)))
@@ -115,11 +117,22 @@ private:
         return true;
     }
 
+    bool mayCall(const llvm::CallInst& call, llvm::Function* callable) const {
+        return kindOf(unit_, callable) == ProgramKind::kDirectCallable || !callsDirectly(call);
+    }
+
+    // Whether no callable has the call's types, so that its callee has others.
+    bool isOfOtherTypes(const llvm::CallInst& call) const {
+        return llvm::none_of(unit_.kinds(), [&](const auto& known) {
+            const auto& [function, kind] = known;
+            return isCallable(kind) && function->getFunctionType() == call.getFunctionType();
+        });
+    }
+
     Functions calleesOf(const llvm::CallInst& call) const {
         Functions callees;
         for (llvm::Function* callable : callables_)
-            if (callable->getFunctionType() == call.getFunctionType() &&
-                (kindOf(unit_, callable) == ProgramKind::kDirectCallable || !callsDirectly(call)))
+            if (callable->getFunctionType() == call.getFunctionType() && mayCall(call, callable))
                 callees.push_back(callable);
         return callees;
     }

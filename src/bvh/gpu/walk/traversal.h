@@ -26,9 +26,10 @@
 //       bool mayReorder() const; // programs see the same in any order of primitives
 //       // With kInstances: whether a lane that wants to enter an instance may do so now.
 //       static bool mayEnter(bool wants);
-//       // With both: whether a lane with a custom primitive may test it now. If all lanes want one
-//       // or the other, one of the two must let some go on.
-//       static bool mayIntersect(bool wants);
+//       // With kInstances and kCustoms: whether a lane with a custom primitive may test it now. If
+//       // each lane wants to enter an instance or to test a custom primitive, one of the two
+//       // functions must let some lanes go on.
+//       bool mayIntersect(bool wants) const;
 //       // With curves: whether a lane that wants to test a piece of one may do so now.
 //       bool mayTest(bool wants);
 //       bool waitsLong(); // with pieces of curves: lanes test one primitive in a step
