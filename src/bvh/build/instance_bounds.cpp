@@ -2,6 +2,7 @@
 #include "bvh/build/instance_bounds.h"
 
 #include "bvh/input/build_input.h"
+#include "bvh/motion/instance_poses.h"
 #include "math/affine.h"
 
 #include <emmintrin.h>
@@ -15,7 +16,7 @@ namespace {
 // Transforms boxes; x, y and z of the result are in one vector.
 class BoxTurner {
 public:
-    explicit BoxTurner(const float m[12]) {
+    void setMatrix(const float m[12]) {
         const __m128 sign = _mm_set1_ps(-0.0f);
         for (int c = 0; c < 4; ++c) {
             column_[c] = _mm_setr_ps(m[c], m[4 + c], m[8 + c], 0);
@@ -85,23 +86,65 @@ private:
     __m128 lost_ = _mm_setzero_ps(); // axes on which a box was too far off for floats
 };
 
+// The tree of the structure at the end of a chain of transforms, which must be readable; null if
+// the structure has motion or a single leaf.
+const BlockHeader* standingTree(uint64_t structure) {
+    const auto* header = reinterpret_cast<const BlockHeader*>(structure & ~devlib::kTagMask);
+    return header && !isMoving(header->type) && header->root != kNoNode &&
+                   (header->root & kNodeTagMask) == kInner
+               ? header
+               : nullptr;
+}
+
+// Empty if there are no tight bounds.
+math::Box turnedBounds(const float transform[12], const BlockHeader* header, OpenLevels levels) {
+    BoxTurner turner;
+    turner.setMatrix(transform);
+    turner.add(header, header->root, levels.count);
+    return turner.box();
+}
+math::Box boundsOfPoses(const float transform[12], uint64_t handle, OpenLevels levels) {
+    const moving::Poses poses(transform, handle);
+    const BlockHeader* const header = standingTree(poses.structure());
+    if (!header)
+        return {};
+    BoxTurner turner;
+    float margin[3];
+    if (!poses.forEach(header->lower, header->upper, margin, [&](const float pose[12]) {
+            turner.setMatrix(pose);
+            turner.add(header, header->root, levels.count);
+        }))
+        return {};
+    math::Box box = turner.box();
+    for (int a = 0; a < 3; ++a) {
+        box.lower[a] -= margin[a];
+        box.upper[a] += margin[a];
+    }
+    return box;
+}
+
 } // namespace
 
 math::Box instanceBounds(const float transform[12], uint64_t handle, OpenLevels levels) {
-    const uint64_t tag = handle & devlib::kTagMask;
-    if (levels.count != 0 && (tag == devlib::kTagGas || tag == devlib::kTagIas) &&
-        leadsToBlock(handle)) {
-        const auto* header = reinterpret_cast<const BlockHeader*>(handle & ~devlib::kTagMask);
-        if (!isMoving(header->type) && header->root != kNoNode &&
-            (header->root & kNodeTagMask) == kInner) {
-            BoxTurner turner(transform);
-            turner.add(header, header->root, levels.count);
-            const math::Box box = turner.box();
-            if (!box.empty())
-                return box;
-        }
+    const bool behindTransforms = isTransformTag(handle & devlib::kTagMask);
+    math::Box tight;
+    if (levels.count != 0 && leadsToBlock(handle)) {
+        if (behindTransforms)
+            tight = boundsOfPoses(transform, handle, levels);
+        else if (const BlockHeader* const header = standingTree(handle))
+            tight = turnedBounds(transform, header, levels);
     }
-    return math::transformBox(transform, traversableBounds(handle));
+    if (!behindTransforms && !tight.empty())
+        return tight;
+    const math::Box all = math::transformBox(transform, traversableBounds(handle));
+    if (tight.empty())
+        return all;
+    math::Box both; // either contains the instance
+    for (int a = 0; a < 3; ++a) {
+        both.lower[a] = std::max(tight.lower[a], all.lower[a]);
+        both.upper[a] = std::min(tight.upper[a], all.upper[a]);
+    }
+    return both.empty() ? all : both;
 }
 
 } // namespace sunstone::bvh

@@ -339,7 +339,7 @@ public:
             const uint32_t key = uint32_t(at);
             // At the last key there is no next key.
             const uint32_t second = to > at ? key + 1 : key;
-            const unsigned pieces = isSrt_ && second != key ? piecesOf(key) : 1;
+            const unsigned pieces = second != key ? piecesOf(key) : 1;
             for (unsigned i = 0; i < pieces; ++i) {
                 const double a = lerp(at, next, double(i) / pieces);
                 const double b = i + 1 == pieces ? next : lerp(at, next, double(i + 1) / pieces);
@@ -349,12 +349,12 @@ public:
         } while (at < to);
     }
 
-private:
-    const SrtKey& srt(uint32_t key) const {
-        return reinterpret_cast<const SrtMotionTransform*>(address_)->keys[key];
-    }
+    bool isSrt() const { return isSrt_; }
 
+    // The number of pieces from a key to the next one.
     unsigned piecesOf(uint32_t key) const {
+        if (!isSrt_)
+            return 1;
         const SrtNumbers a(srt(key)), b(srt(key + 1));
         const double product = length(a.quaternion(), 4) * length(b.quaternion(), 4);
         const double cosine = dot4(a.quaternion(), b.quaternion()) / product;
@@ -363,18 +363,28 @@ private:
         return pieces >= 1 ? unsigned(least(pieces, kMaxPieces)) : 1;
     }
 
+    // The transform between two keys.
+    SrtNumbers srtAt(uint32_t key, uint32_t second, double x) const {
+        return SrtNumbers(SrtNumbers(srt(key)), SrtNumbers(srt(second)), x);
+    }
+    void matrixAt(uint32_t key, uint32_t second, double x, double m[12]) const {
+        const float* keys = reinterpret_cast<const MatrixMotionTransform*>(address_)->matrices[0];
+        for (int i = 0; i < 12; ++i)
+            m[i] = lerp(keys[12 * key + i], keys[12 * second + i], x);
+    }
+
+private:
+    const SrtKey& srt(uint32_t key) const {
+        return reinterpret_cast<const SrtMotionTransform*>(address_)->keys[key];
+    }
+
     SUNSTONE_ONCE LinearBounds piece(uint32_t key, uint32_t second, double x0, double x1,
                                      const LinearBounds& child) const {
-        if (isSrt_) {
-            const SrtNumbers a(srt(key)), b(srt(second));
-            return srtPiece(SrtNumbers(a, b, x0), SrtNumbers(a, b, x1), child);
-        }
-        const float* keys = reinterpret_cast<const MatrixMotionTransform*>(address_)->matrices[0];
+        if (isSrt_)
+            return srtPiece(srtAt(key, second, x0), srtAt(key, second, x1), child);
         double m0[12], m1[12];
-        for (int i = 0; i < 12; ++i) {
-            m0[i] = lerp(keys[12 * key + i], keys[12 * second + i], x0);
-            m1[i] = lerp(keys[12 * key + i], keys[12 * second + i], x1);
-        }
+        matrixAt(key, second, x0, m0);
+        matrixAt(key, second, x1, m1);
         return matrixPiece(m0, m1, child);
     }
 

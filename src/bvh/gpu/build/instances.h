@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // First step of a build of instances: their records and boxes, with motion keys a box for each key.
 // Bounds of moving objects take many registers. In structures without motion keys, a first kernel
-// therefore leaves instances below motion transforms to a second one. Structures with motion keys
-// have another kernel, because it takes a GPU's compiler five times as long.
+// therefore leaves instances above transforms to a second one. Structures with motion keys have
+// another kernel, because it takes a GPU's compiler five times as long.
 #pragma once
 
 #include "bvh/gpu/build/motion_references.h"
 #include "bvh/gpu/known_handles.h"
-#include "bvh/motion/motion_bounds_body.h"
+#include "bvh/motion/instance_poses.h"
 
 namespace sunstone::bvh::gpu {
 
@@ -187,6 +187,17 @@ SUNSTONE_INLINE void shareParts(uint64_t known, uint64_t handle, SharedParts& sh
     __syncthreads();
 }
 
+// Shrinks `box` to the union of transformed nodes, with a margin.
+SUNSTONE_INLINE void shrink(Bounds& box, const Bounds& sum, const float margin[3]) {
+    for (int i = 0; i < 3; ++i) {
+        const float low = sub(sum.lower[i], margin[i]), high = add(sum.upper[i], margin[i]);
+        if (!(low <= high)) // overflow
+            continue;
+        box.lower[i] = larger(box.lower[i], low);
+        box.upper[i] = smaller(box.upper[i], high);
+    }
+}
+
 // Shrinks `box`, which contains the transformed structure, to the union of its transformed nodes.
 // An additional margin over transformBounds() covers the rounding of their sums.
 template <int kUnroll>
@@ -203,18 +214,35 @@ SUNSTONE_INLINE void tighten(const float m[12], uint64_t handle, const SharedPar
         forEachPart<kUnroll>(header, [&](const float lower[3], const float upper[3]) {
             addSeen(m, partOf(lower, upper), sum);
         });
+    float margin[3];
     for (int i = 0; i < 3; ++i) {
         float size = magnitude(m[4 * i + 3]);
         for (int j = 0; j < 3; ++j)
             size = add(size, mul(magnitude(m[4 * i + j]),
                                  larger(magnitude(header.lower[j]), magnitude(header.upper[j]))));
-        const float margin = mul(size, 0x1p-19f);
-        const float low = sub(sum.lower[i], margin), high = add(sum.upper[i], margin);
-        if (!(low <= high)) // overflow
-            continue;
-        box.lower[i] = larger(box.lower[i], low);
-        box.upper[i] = smaller(box.upper[i], high);
+        margin[i] = mul(size, 0x1p-19f);
     }
+    shrink(box, sum, margin);
+}
+
+// As tighten(), for a structure below transforms that childBounds() has checked.
+SUNSTONE_INLINE void tightenMoving(const float m[12], uint64_t child, Bounds& box) {
+    const moving::Poses poses(m, child);
+    const uint64_t structure = poses.structure();
+    if (structure == 0)
+        return;
+    const BlockHeader& header = *at<const BlockHeader>(structure & ~devlib::kTagMask);
+    if (isMoving(header.type))
+        return;
+    Bounds sum = emptyBounds();
+    float margin[3];
+    const bool known = poses.forEach(header.lower, header.upper, margin, [&](const float pose[12]) {
+        forEachPart<1>(header, [&](const float lower[3], const float upper[3]) {
+            addSeen(pose, partOf(lower, upper), sum);
+        });
+    });
+    if (known)
+        shrink(box, sum, margin);
 }
 
 // The most transforms in a row; equals the limit of traversal (devlib/gpu/launch_block.h).
@@ -231,8 +259,8 @@ SUNSTONE_INLINE bool leadsSomewhere(const BuildJob& job, uint64_t handle) {
     return false;
 }
 
-// Bounds, at all times, of an instance's child. Without kMotion, children behind motion transforms
-// are left to a later kernel.
+// Bounds, at all times, of an instance's child. Without kMotion, children behind transforms are
+// left to a later kernel.
 template <bool kMotion>
 SUNSTONE_INLINE Child childBounds(const BuildJob& job, uint64_t handle, const SharedParts* shared,
                                   Bounds& box) {
@@ -243,7 +271,7 @@ SUNSTONE_INLINE Child childBounds(const BuildJob& job, uint64_t handle, const Sh
     while (isTransformTag(handle & devlib::kTagMask) && length < kMaxChain) {
         if (handle <= devlib::kTagMask)
             return Child::kNothing;
-        if (!kMotion && (handle & devlib::kTagMask) != devlib::kTagStatic)
+        if (!kMotion)
             return Child::kLater;
         chain[length++] = handle;
         handle = childOf(handle);
@@ -260,9 +288,9 @@ SUNSTONE_INLINE Child childBounds(const BuildJob& job, uint64_t handle, const Sh
         box.lower[a] = header.lower[a];
         box.upper[a] = header.upper[a];
     }
-    while (length-- > 0) {
+    while (kMotion && length-- > 0) {
         const uint64_t transform = chain[length];
-        if (!kMotion || (transform & devlib::kTagMask) == devlib::kTagStatic) {
+        if ((transform & devlib::kTagMask) == devlib::kTagStatic) {
             box = transformBounds(
                 at<const StaticTransform>(transform & ~devlib::kTagMask)->transform, box);
         } else {
@@ -361,6 +389,8 @@ SUNSTONE_INLINE bool describeInstance(const BuildJob& job, uint32_t index,
     const uint64_t tag = child & devlib::kTagMask;
     if (tag == devlib::kTagGas || tag == devlib::kTagIas)
         tighten<kMotion ? 1 : int(kSlots)>(m, child, shared, box);
+    else if constexpr (kMotion)
+        tightenMoving(m, child, box);
     return endBox(box);
 }
 
