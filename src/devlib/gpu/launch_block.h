@@ -156,6 +156,9 @@ enum GraphKind : uint32_t {
 };
 constexpr unsigned kGraphKinds = 4;
 
+// Motion that rays may meet. kMotionTransforms: no structure has motion keys.
+enum MotionKind : uint32_t { kMotionNone, kMotionTransforms, kMotionAll };
+
 // Constant of the run-time in code that serves many pipelines: the launch has the pipeline's value.
 constexpr uint32_t kGpuFactOfLaunch = 1u << 31;
 

@@ -66,7 +66,7 @@ extern const uint32_t sunstone_gpu_exceptionFlags; // with kGpuFactOfLaunch: kFl
 extern const uint32_t sunstone_gpu_graph;          // GraphKind
 extern const uint32_t sunstone_gpu_inStep;         // the warps of a block walk in step (nested.h)
 extern const uint32_t sunstone_gpu_longIntersections; // lanes wait with intersection programs
-extern const uint32_t sunstone_gpu_motion; // the pipeline is compiled with usesMotionBlur
+extern const uint32_t sunstone_gpu_motion;            // MotionKind
 }
 
 // A fact of which the constant in code for many pipelines is kGpuFactOfLaunch.

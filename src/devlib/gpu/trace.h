@@ -533,6 +533,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
     }
 
     SUNSTONE_INLINE_MEMBER float time() const { return state->time; }
+    static SUNSTONE_INLINE_MEMBER bool meetsKeys() { return sunstone_gpu_motion == kMotionAll; }
     SUNSTONE_INLINE_MEMBER void refuseMotion() { reportOf(state).motion = 1; }
 
     SUNSTONE_INLINE_MEMBER void enterWith(uint64_t handle, uint64_t child) {

@@ -95,12 +95,15 @@ private:
     void makeReadyKernelLater(const compiler::GpuPipelineRequest& request,
                               compiler::ObjectStore* store);
     LoadedGpuCodes::Entry loadMachineCode(compiler::GpuCode code);
+    // Called with ready code before the compilation of the whole pipeline is queued.
+    using BeforeWhole = std::function<void(const compiler::GpuCode&)>;
     LoadedGpuCodes::Entry obtainReadyCode(const compiler::GpuPipelineRequest& request,
-                                          compiler::ObjectStore* store);
+                                          compiler::ObjectStore* store,
+                                          const BeforeWhole& beforeWhole);
     void makeRoom(GpuCodeObject& code, const CodePlan& plan, const compiler::GpuStack& stack);
     void setStackUse(GpuCodeObject& code);
     LoadedGpuCodes::Entry obtainCode(const compiler::GpuPipelineRequest& request,
-                                     compiler::ObjectStore* store);
+                                     compiler::ObjectStore* store, const BeforeWhole& beforeWhole);
     const bvh::gpu::Builder& builder();    // made at the first request
     denoise::gpu::GpuDenoiser& denoiser(); // likewise
     void tellOfRefusals(const Context& context);

@@ -47,6 +47,7 @@ void GpuHandleTable::note(uint64_t handle, bool moves) {
     graphs_.any = true;
     graphs_.instances |= tag != devlib::kTagGas;
     graphs_.deep |= !isStructure(handle);
+    graphs_.keys |= moves;
     graphs_.motion |= moves || tag == devlib::kTagMatrixMotion || tag == devlib::kTagSrtMotion;
     if (!graphs_.deep && tag == devlib::kTagIas &&
         std::ranges::find(instanceStructures_, handle) == instanceStructures_.end())

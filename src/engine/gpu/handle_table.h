@@ -18,6 +18,7 @@ struct GpuGraphs {
     bool instances = false; // an instance structure or a transform
     bool deep = false;      // transforms, or two instance structures: paths of more than two
     bool motion = false;    // a structure with motion keys, or a motion transform
+    bool keys = false;      // a structure with motion keys
 };
 
 // A handle keeps its place until the layout changes. The caller holds the mutex.

@@ -190,6 +190,7 @@ struct MovingShapePrograms : ShapePrograms {
     static constexpr bool kMotion = true;
     float rayTime = 0;
     float time() const { return rayTime; }
+    static bool meetsKeys() { return true; }
 };
 
 template <class Programs>
@@ -229,6 +230,7 @@ struct MovingPrograms : NearestPrograms {
 
     explicit MovingPrograms(float time) : rayTime(time) {}
     float time() const { return rayTime; }
+    static bool meetsKeys() { return true; }
     bool enterTransform(gpu::Ray&, uint64_t handle, uint64_t& child, float worldToObject[12]) {
         return worldToObjectOf(handle, rayTime, known, child, worldToObject);
     }

@@ -226,6 +226,7 @@ struct BoxPrograms : NoShapes, OneLane {
     }
     void leave(gpu::Ray&) {}
     float time() const { return rayTime; }
+    static bool meetsKeys() { return true; }
 };
 
 TEST(GpuMotion, CustomPrimitives) {

@@ -36,6 +36,7 @@
 //       static bool any(bool value); // with that and kMotion: for any lane that runs this together
 //       bool nearestFirst() const; // whether the nearest hit is wanted, not any hit
 //       float time() const;  // with kMotion
+//       static bool meetsKeys(); // with kMotion: structures with motion keys may be met
 //       void refuseMotion(); // without kMotion: met motion; if it returns, it is skipped
 //       // With kInstances: more levels than kLevels, to which the handle leads, or than the stack
 //       // can hold; if they return, the child is skipped.
@@ -77,6 +78,8 @@ struct NoShapes {
 };
 struct NoMotion {
     static constexpr bool kMotion = false;
+    static SUNSTONE_INLINE_MEMBER bool meetsKeys() { return false; }
+    SUNSTONE_INLINE_MEMBER float time() const { return 0; }
     SUNSTONE_INLINE_MEMBER void refuseMotion() {}
 };
 struct OneLane {
@@ -269,9 +272,20 @@ private:
     // time. The other lanes therefore continue until enough lanes have a piece.
     static SUNSTONE_INLINE_MEMBER bool meetsPieces() { return Programs::shapes() & kMeetsCurves; }
 
+    // Whether structures may have motion keys.
+    static SUNSTONE_INLINE_MEMBER bool hasKeys() {
+        return Programs::kMotion && Programs::meetsKeys();
+    }
+    SUNSTONE_INLINE_MEMBER MotionPlace place() const {
+        return hasKeys() ? motion : MotionPlace{1, 0, 1, 0, 0};
+    }
+    // The index of a primitive's record for the present key.
+    SUNSTONE_INLINE_MEMBER uint64_t placeOf(uint32_t record) const {
+        return hasKeys() ? uint64_t(record) * motion.keys : record;
+    }
+
     SUNSTONE_INLINE_MEMBER const U4* curveAt(uint32_t record) const {
-        const uint64_t index = Programs::kMotion ? uint64_t(record) * motion.keys : record;
-        return reinterpret_cast<const U4*>(records + index * sizeof(CurveRecord));
+        return reinterpret_cast<const U4*>(records + placeOf(record) * sizeof(CurveRecord));
     }
 
     // True if the step is over; `end`: so is the traversal.
@@ -281,7 +295,7 @@ private:
             ShapeHit hit;
             const U4* const curve = curveAt(piece);
             piece = kNoPiece;
-            end = testCurve<Programs::kMotion>(Programs::shapes(), block, shape, curve, motion,
+            end = testCurve<Programs::kMotion>(Programs::shapes(), block, shape, curve, place(),
                                                space, ray.tmax, hit) &&
                   programs.shape(ray, hit) == Visit::kEnd;
             if (!end && leaf.bits == 0)
@@ -438,7 +452,7 @@ private:
         constexpr uint32_t kUnits = sizeof(WideNode) / 16;
         const float tmin = larger(ray.tmin, 0.0f);
         Distances<Programs::kInstances> distances;
-        if (Programs::kMotion && someMove())
+        if (someMove())
             testMovingNode(nodes + uint64_t(child) * motion.keys * kUnits, motion, ray.origin, box,
                            tmin, ray.tmax, inner, leaf, distances);
         else
@@ -453,6 +467,8 @@ private:
     // own). If some nodes have motion, all lanes run the test with motion together, in place of one
     // kind after the other.
     SUNSTONE_INLINE_MEMBER bool someMove() const {
+        if (!hasKeys())
+            return false;
         if constexpr (Programs::kMotion && Programs::kInstances)
             return Programs::any(motion.keys > 1);
         return motion.keys > 1;
@@ -465,7 +481,7 @@ private:
         const auto recordAt = [&](uint64_t index) {
             return reinterpret_cast<const U4*>(withoutTag(place) + index * sizeof(TriangleRecord));
         };
-        if (Programs::kMotion && motion.keys > 1) {
+        if (hasKeys() && motion.keys > 1) {
             loadMovingTriangle(recordAt(uint64_t(record) * motion.keys), motion, a, b, c);
             return;
         }
@@ -483,12 +499,12 @@ private:
     SUNSTONE_INLINE_MEMBER bool visit(Programs& programs, Ray& ray, uint32_t record) {
         if (Programs::shapes() && kind == BlockType::kShapes) {
             if (isOfPieces(Programs::shapes(), shape)) {
-                if (meetsCapsule<Programs::kMotion>(curveAt(record), motion, space, ray.tmax))
+                if (meetsCapsule<Programs::kMotion>(curveAt(record), place(), space, ray.tmax))
                     piece = record;
                 return false;
             }
             ShapeHit hit;
-            return testShape<Programs::kMotion>(Programs::shapes(), shape, records, record, motion,
+            return testShape<Programs::kMotion>(Programs::shapes(), shape, records, record, place(),
                                                 space, ray.tmax, hit) &&
                    programs.shape(ray, hit) == Visit::kEnd;
         }
@@ -501,9 +517,8 @@ private:
             return programs.triangle(ray, hit, a.w, b.w) == Visit::kEnd;
         }
         if constexpr (Programs::kCustoms) {
-            const uint64_t index = Programs::kMotion ? uint64_t(record) * motion.keys : record;
             const U4* const custom =
-                reinterpret_cast<const U4*>(records + index * sizeof(CustomLeaf));
+                reinterpret_cast<const U4*>(records + placeOf(record) * sizeof(CustomLeaf));
             const U4 a = loadConstant(custom), b = loadConstant(custom + 1);
             return programs.custom(ray, a.w, b.w) == Visit::kEnd;
         }
@@ -615,9 +630,11 @@ private:
         level.places = {uint32_t(n), uint32_t(n >> 32), uint32_t(r), uint32_t(r >> 32)};
         level.block = reinterpret_cast<uint64_t>(block);
         if constexpr (Programs::kMotion) {
-            level.motion = {motion.key, bitsOf(motion.first), bitsOf(motion.second),
-                            bitsOf(motion.slack)};
-            level.keys = motion.keys;
+            if (hasKeys()) {
+                level.motion = {motion.key, bitsOf(motion.first), bitsOf(motion.second),
+                                bitsOf(motion.slack)};
+                level.keys = motion.keys;
+            }
             level.around = this->around;
         }
     }
@@ -657,8 +674,9 @@ private:
 
     SUNSTONE_INLINE_MEMBER void restoreAll(const Level& level) {
         if constexpr (Programs::kMotion) {
-            motion = {level.keys, level.motion.x, floatOf(level.motion.y), floatOf(level.motion.z),
-                      floatOf(level.motion.w)};
+            if (hasKeys())
+                motion = {level.keys, level.motion.x, floatOf(level.motion.y),
+                          floatOf(level.motion.z), floatOf(level.motion.w)};
             this->around = level.around;
         }
         kind = BlockType::kInstances;
@@ -698,7 +716,7 @@ private:
         const uint8_t* const bytes = reinterpret_cast<const uint8_t*>(block);
         nodes = reinterpret_cast<const U4*>(bytes + header.nodesOffset());
         records = bytes + header.recordsOffset();
-        if constexpr (Programs::kMotion) {
+        if (hasKeys()) {
             motion = placeIn(*block, programs.time(), ray.origin);
             if (motion.keys > 1) {
                 nodes += motion.key * (sizeof(WideNode) / 16);
@@ -802,14 +820,12 @@ private:
 
     SUNSTONE_INLINE_MEMBER static bool isThere(const Programs& programs,
                                                const BlockHeader& header) {
-        if constexpr (Programs::kMotion)
-            return !isGone(header, programs.time());
-        return true;
+        return !hasKeys() || !isGone(header, programs.time());
     }
 
     static SUNSTONE_INLINE_MEMBER bool fits(const Programs& programs, BlockType withBits,
                                             uint32_t shape) {
-        const BlockType type = kindOf(withBits);
+        const BlockType type = hasKeys() ? kindOf(withBits) : withBits;
         return (Programs::shapes() && type == BlockType::kShapes && programs.meets(shape)) ||
                (Programs::kTriangles && type == BlockType::kTriangles) ||
                (Programs::kCustoms && type == BlockType::kCustom) ||

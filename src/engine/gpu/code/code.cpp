@@ -106,10 +106,22 @@ devlib::GraphKind graphKindOf(unsigned flags, unsigned depth) {
 std::shared_ptr<GpuCodeObject>& GpuPipelineCode::find(devlib::GraphKind kind) {
     std::shared_ptr<GpuCodeObject>& any = codes_[devlib::kGraphAny];
     if (!codes_[kind] && !any)
-        codes_[kind] = make_({kind, motion_}, nullptr);
+        codes_[kind] = make(kind, nullptr);
     if (!codes_[kind] && !any)
-        any = make_({devlib::kGraphAny, motion_}, nullptr);
+        any = make(devlib::kGraphAny, nullptr);
     return codes_[kind] ? codes_[kind] : any;
+}
+
+std::shared_ptr<GpuCodeObject> GpuPipelineCode::make(devlib::GraphKind kind,
+                                                     const GpuLaterCode* later) {
+    std::shared_ptr<GpuCodeObject> code = make_({kind, motion_}, later);
+    if (!code || !code->narrow)
+        return code;
+    const bool isReady = code->narrow->isReady; // from the disk cache
+    narrow_.begin(code->narrowKind, std::move(code->narrow));
+    if (isReady) // no launch can run yet that the load would wait for
+        findNarrow(code->narrowKind, 0, [] { return true; });
+    return code;
 }
 
 std::shared_ptr<GpuCodeObject> GpuPipelineCode::get(unsigned depth) {
@@ -121,57 +133,70 @@ namespace {
 
 // Whether the stream has no work left. Copies of parameters and events, which applications queue
 // just before a launch, end within the limit.
-bool becomesIdle(CUstream stream) {
-    constexpr std::chrono::microseconds kLimit(200);
+bool becomesIdle(CUstream stream, std::chrono::microseconds limit) {
     const auto start = std::chrono::steady_clock::now();
     do
         if (isIdle(driver(), stream))
             return true;
-    while (!isCapturing(driver(), stream) && std::chrono::steady_clock::now() - start < kLimit);
+    while (!isCapturing(driver(), stream) && std::chrono::steady_clock::now() - start < limit);
     return false;
 }
 
 } // namespace
 
-// Null if there is none yet. A captured launch may run after other traversables have been built.
-std::shared_ptr<GpuCodeObject> GpuPipelineCode::findNarrow(devlib::GraphKind declared,
-                                                           const GpuGraphs& there, CUstream stream,
-                                                           uint64_t indices) {
-    const GpuCodeKind all = {declared, motion_}, kind = narrowed(all, there);
-    if (kind == all || !narrow_.areMade() || isCapturing(driver(), stream))
+// Null if there is none yet.
+std::shared_ptr<GpuCodeObject> GpuPipelineCode::findNarrow(GpuCodeKind kind, uint64_t indices,
+                                                           const std::function<bool()>& isIdle) {
+    if (!narrow_.areMade())
         return nullptr;
     const GpuNarrowCodes::Load load = [&](const GpuLaterCode& later) {
         return make_(kind, &later);
     };
-    return narrow_.get(kind, indices, [=] { return becomesIdle(stream); }, load);
+    return narrow_.get(kind, indices, isIdle, load);
 }
 
-std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, const GpuGraphs& there,
-                                                             CUstream stream, uint64_t indices) {
-    std::lock_guard lock(mutex_);
-    const devlib::GraphKind kind = graphKindOf(flags_, depth);
-    if (auto narrow = findNarrow(kind, there, stream, indices))
-        return narrow;
-    std::shared_ptr<GpuCodeObject>& code = find(kind);
-    if (!code->later || (!code->later->isReady && !WaitsForWhole::isLarge(indices)) ||
-        !becomesIdle(stream))
-        return code;
-    if (code->waits.next(indices))
-        waitFor(*code->later);
-    if (!code->later->isReady)
-        return code;
+// Replaces code by that which has become ready.
+void GpuPipelineCode::replace(std::shared_ptr<GpuCodeObject>& code) {
     const auto later = std::move(code->later);
     if (later->code.machineCode.empty())
-        return code; // it could not be compiled
+        return; // it could not be compiled
     try {
         std::shared_ptr<GpuCodeObject> faster =
-            make_({devlib::GraphKind(&code - codes_), motion_}, later.get());
+            make(devlib::GraphKind(&code - codes_), later.get());
         replaced_.push_back(std::move(code));
         code = std::move(faster);
     } catch (const Error& error) {
         sunstone::log(LogLevel::kWarning, "engine",
                       message("launches keep slower code: ", error.what()));
     }
+}
+
+std::shared_ptr<GpuCodeObject> GpuPipelineCode::getForLaunch(unsigned depth, const GpuGraphs& there,
+                                                             CUstream stream, uint64_t indices) {
+    std::lock_guard lock(mutex_);
+    const GpuCodeKind all = {graphKindOf(flags_, depth), motion_};
+    std::shared_ptr<GpuCodeObject>& code = find(all.graph);
+    // A captured launch may run after other traversables have been built.
+    const GpuCodeKind kind = isCapturing(driver(), stream) ? all : narrowed(all, there);
+    const bool waits = code->waits.next(indices) && code->later;
+    const auto isReady = [&] { return code->later && code->later->isReady; };
+    const auto idle = [&] { return becomesIdle(stream, code->waits.patience()); };
+    if (kind != all)
+        if (auto narrow = findNarrow(kind, indices, idle)) {
+            if (isReady() && idle())
+                replace(code); // for captured launches
+            return narrow;
+        }
+    if (!code->later || (!isReady() && !WaitsForWhole::isLarge(indices)) || !idle())
+        return code;
+    const GpuLaterCode* const narrow = kind != all ? narrow_.pending(kind) : nullptr;
+    if (waits)
+        waitFor(narrow ? *narrow : *code->later);
+    if (waits && narrow)
+        if (auto found = findNarrow(kind, indices, idle))
+            return found;
+    if (isReady())
+        replace(code);
     return code;
 }
 

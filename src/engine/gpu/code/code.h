@@ -52,6 +52,12 @@ public:
     static bool isLarge(uint64_t indices) { return indices >= kLargeLaunch; }
     // Whether a launch on an idle stream waits. Counts the launch.
     bool next(uint64_t indices) { return isLarge(indices) && ++large_ > 2; }
+    // How long that launch waits for its stream to become idle: applications may queue builds just
+    // before each launch. Kernels that run for ever must not delay all launches.
+    std::chrono::microseconds patience() const {
+        constexpr unsigned kTries = 10;
+        return std::chrono::microseconds(large_ > 2 && large_ <= kTries ? 20000 : 200);
+    }
 
 private:
     unsigned large_ = 0;
@@ -76,9 +82,12 @@ public:
     unsigned mostBlocks = ~0u;          // of a launch, so that each warp has lane memory
     std::atomic<size_t> stackBytes = 0;
     std::string feedback; // messages of the compiler
-    WaitsForWhole waits;  // while `later` is compiled
+    WaitsForWhole waits;
     // Faster code that replaces this code when it is compiled, or null.
     std::shared_ptr<const GpuLaterCode> later;
+    // Narrow code that is compiled before that, or null.
+    std::shared_ptr<const GpuLaterCode> narrow;
+    GpuCodeKind narrowKind;
     const std::shared_ptr<LaunchFindings> findings = std::make_shared<LaunchFindings>();
 
 private:
@@ -97,7 +106,8 @@ public:
     // prepare: see GpuNarrowCodes; empty: the pipeline has no narrow code. flags:
     // OptixTraversableGraphFlags.
     GpuPipelineCode(Make make, GpuNarrowCodes::Prepare prepare, unsigned flags, bool motion)
-        : make_(std::move(make)), flags_(flags), motion_(motion), narrow_(std::move(prepare)) {}
+        : make_(std::move(make)), flags_(flags),
+          motion_(motion ? devlib::kMotionAll : devlib::kMotionNone), narrow_(std::move(prepare)) {}
 
     // The code for graphs of this depth, or for any, made if there is none. Throws what `make`
     // throws.
@@ -110,15 +120,18 @@ public:
                                                 CUstream stream, uint64_t indices);
 
 private:
-    std::shared_ptr<GpuCodeObject> findNarrow(devlib::GraphKind declared, const GpuGraphs& there,
-                                              CUstream stream, uint64_t indices);
+    // With the mutex:
+    std::shared_ptr<GpuCodeObject>& find(devlib::GraphKind kind);
+    std::shared_ptr<GpuCodeObject> make(devlib::GraphKind kind, const GpuLaterCode* later);
+    std::shared_ptr<GpuCodeObject> findNarrow(GpuCodeKind kind, uint64_t indices,
+                                              const std::function<bool()>& isIdle);
+    void replace(std::shared_ptr<GpuCodeObject>& code);
 
     const Make make_;
     const unsigned flags_;
-    const bool motion_;
+    const devlib::MotionKind motion_;
     std::mutex mutex_;
-    GpuNarrowCodes narrow_;                                       // with the mutex
-    std::shared_ptr<GpuCodeObject>& find(devlib::GraphKind kind); // with the mutex
+    GpuNarrowCodes narrow_; // with the mutex
 
     // By GraphKind, and code that other code has replaced. None is unloaded before the pipeline is
     // destroyed: captured graphs may launch it.

@@ -15,6 +15,19 @@ TEST(WaitsForWhole, TheThirdLargeLaunchWaits) {
     EXPECT_TRUE(waits.next(uint64_t(1) << 30));
 }
 
+TEST(WaitsForWhole, IsPatientForAFewLaunches) {
+    WaitsForWhole waits;
+    const auto first = waits.patience();
+    unsigned patient = 0;
+    for (unsigned i = 0; i < 100; ++i) {
+        waits.next(WaitsForWhole::kLargeLaunch);
+        patient += waits.patience() > first;
+    }
+    EXPECT_GT(patient, 0u);
+    EXPECT_LT(patient, 20u);
+    EXPECT_EQ(first, waits.patience());
+}
+
 TEST(WaitsForWhole, SmallLaunchesNeitherWaitNorCount) {
     WaitsForWhole waits;
     for (unsigned i = 0; i < 100; ++i)

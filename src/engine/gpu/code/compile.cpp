@@ -137,6 +137,7 @@ struct GpuBackend::CodePlan {
     uint32_t firstGroup = ~0u;
     bool measuresStack = false; // programs recurse, or overflows of the stack are exceptions
     bool hasVisits = false;
+    bool narrows = false; // the pipeline may have narrow code
 
     compiler::GpuPipelineRequest requestFor(GpuCodeKind kind) const;
 };
@@ -271,7 +272,8 @@ LoadedGpuCodes::Entry GpuBackend::loadMachineCode(compiler::GpuCode code) {
 // Code from a kernel that is there already, and from now on the whole pipeline compiles. Null
 // `loaded` where the pipeline must compile as a whole first.
 LoadedGpuCodes::Entry GpuBackend::obtainReadyCode(const compiler::GpuPipelineRequest& request,
-                                                  compiler::ObjectStore* store) {
+                                                  compiler::ObjectStore* store,
+                                                  const BeforeWhole& beforeWhole) {
     const std::string setting = currentConfig(Setting::kGpuCode);
     const std::string key = store ? "ready " + compiler::keyOf(request) : std::string();
     LoadedGpuCodes::Entry entry = store ? loaded_.find(key) : LoadedGpuCodes::Entry();
@@ -292,8 +294,10 @@ LoadedGpuCodes::Entry GpuBackend::obtainReadyCode(const compiler::GpuPipelineReq
             throw;
         return {}; // the driver refuses the code
     }
-    if (setting != "ready")
+    if (setting != "ready") {
+        beforeWhole(*entry.code);
         entry.later = compileLater(request, store, false);
+    }
     if (store) {
         entry.key = key;
         loaded_.add(entry);
@@ -304,7 +308,8 @@ LoadedGpuCodes::Entry GpuBackend::obtainReadyCode(const compiler::GpuPipelineReq
 // Without a store no code is kept here either, because a disabled cache means compilation. `loaded`
 // is null where GpuPipelineCode::Make returns null.
 LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest& request,
-                                             compiler::ObjectStore* store) {
+                                             compiler::ObjectStore* store,
+                                             const BeforeWhole& beforeWhole) {
     LoadedGpuCodes::Entry entry;
     compiler::GpuCode code;
     std::string log;
@@ -330,7 +335,8 @@ LoadedGpuCodes::Entry GpuBackend::obtainCode(const compiler::GpuPipelineRequest&
             isKept = false; // for example of another driver with the same number
         }
     if (!isKept) {
-        if (LoadedGpuCodes::Entry ready = obtainReadyCode(request, store); ready.loaded)
+        if (LoadedGpuCodes::Entry ready = obtainReadyCode(request, store, beforeWhole);
+            ready.loaded)
             return ready;
         code = compileWhole(request);
         makeReadyKernelLater(request, store);
@@ -470,14 +476,28 @@ void setBlockSizes(GpuCodeObject& object, bool mayWait) {
 std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, GpuCodeKind kind,
                                                     const GpuLaterCode* later) {
     ContextScope scope(device_.context());
+    const GpuGraphs there = gpuGraphs();
+    const GpuCodeKind narrowKind = narrowed(kind, there);
+    std::shared_ptr<const GpuLaterCode> narrow;
+    const auto beginNarrow = [&](const compiler::GpuCode& ready) {
+        const unsigned flags = plan.request.pipeline.rules.traversableGraphFlags;
+        if (!plan.narrows || ready.hasState || narrowKind == kind || !isSceneComplete(there, flags))
+            return;
+        narrow = prepareNarrow(plan, narrowKind, false);
+        if (!narrow)
+            narrow = compileLater(plan.requestFor(narrowKind), plan.cache, false);
+    };
     const LoadedGpuCodes::Entry entry =
-        later ? loadMachineCode(later->code) : obtainCode(plan.requestFor(kind), plan.cache);
+        later ? loadMachineCode(later->code)
+              : obtainCode(plan.requestFor(kind), plan.cache, beginNarrow);
     if (!entry.loaded)
         return nullptr;
     const compiler::GpuCode& code = *entry.code;
     auto loaded = std::make_shared<GpuCodeObject>(device_.context(), entry.loaded);
     loaded->feedback = code.feedback;
     loaded->later = entry.later;
+    loaded->narrow = std::move(narrow);
+    loaded->narrowKind = narrowKind;
     loaded->firstGroup = plan.firstGroup;
     loaded->blockThreads =
         code.walksInStep ? devlib::kGpuStepBlockThreads : devlib::kGpuBlockThreads;
@@ -550,13 +570,13 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
         {"sunstone_gpu_hasException", has(devlib::kGroupException)},
         {"sunstone_gpu_exceptionFlags", flags},
     };
+    plan.narrows = !isClassic && tracesRays(parts) &&
+                   !(flags & (devlib::kFlagDebug | devlib::kFlagStackOverflow));
     const GpuPipelineCode::Make make = [this, plan](GpuCodeKind kind, const GpuLaterCode* later) {
         return makeCode(plan, kind, later);
     };
-    const bool narrows = !isClassic && tracesRays(parts) &&
-                         !(flags & (devlib::kFlagDebug | devlib::kFlagStackOverflow));
     GpuNarrowCodes::Prepare prepare;
-    if (narrows)
+    if (plan.narrows)
         prepare = [this, plan](GpuCodeKind kind, bool compiles) {
             return prepareNarrow(plan, kind, compiles);
         };

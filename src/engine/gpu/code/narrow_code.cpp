@@ -4,6 +4,7 @@
 #include "base/config.h"
 #include "base/error.h"
 #include "base/log.h"
+#include "devlib/flags.h"
 #include "engine/gpu/code/code.h"
 
 #include <algorithm>
@@ -14,12 +15,19 @@ GpuCodeKind narrowed(GpuCodeKind declared, const GpuGraphs& there) {
     if (!there.any)
         return declared;
     GpuCodeKind kind = declared;
-    kind.motion &= there.motion;
+    if (!there.motion)
+        kind.motion = devlib::kMotionNone;
+    else if (!there.keys && kind.motion == devlib::kMotionAll)
+        kind.motion = devlib::kMotionTransforms;
     if (!there.instances)
         kind.graph = devlib::kGraphGas;
     else if (kind.graph == devlib::kGraphAny && !there.deep)
         kind.graph = devlib::kGraphShallow;
     return kind;
+}
+
+bool isSceneComplete(const GpuGraphs& there, unsigned flags) {
+    return there.any && (there.instances || !(flags & devlib::kAllowSingleLevelInstancing));
 }
 
 bool StartsNarrow::next(Time now) {
@@ -37,6 +45,16 @@ GpuNarrowCodes::Code& GpuNarrowCodes::find(GpuCodeKind kind) {
         return *found;
     codes_.push_back({kind, prepare_(kind, false), nullptr, false, {}});
     return codes_.back();
+}
+
+void GpuNarrowCodes::begin(GpuCodeKind kind, std::shared_ptr<const GpuLaterCode> later) {
+    if (std::ranges::find(codes_, kind, &Code::kind) == codes_.end())
+        codes_.push_back({kind, std::move(later), nullptr, false, {}});
+}
+
+const GpuLaterCode* GpuNarrowCodes::pending(GpuCodeKind kind) {
+    const auto found = std::ranges::find(codes_, kind, &Code::kind);
+    return found != codes_.end() ? found->later.get() : nullptr;
 }
 
 void GpuNarrowCodes::prepare(Code& code, uint64_t indices) {
@@ -57,6 +75,8 @@ std::shared_ptr<GpuCodeObject> GpuNarrowCodes::get(GpuCodeKind kind, uint64_t in
         return code.loaded;
     if (!code.later)
         prepare(code, indices);
+    else if (atOnce_)
+        waitFor(*code.later);
     if (!code.later || !code.later->isReady || !isIdle())
         return nullptr;
     const auto later = std::move(code.later);

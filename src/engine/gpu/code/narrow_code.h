@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Narrow code of a pipeline: code for the traversables that the process has, in place of those that
-// the pipeline declares. It has no motion where nothing moves, and no instances where there are
-// none. Its frames take up to a third less time (docs/notes/programs-gpu.md). Another thread
-// compiles it after the pipeline has run for a while; a later process finds it in the disk cache.
+// the pipeline declares. It has no motion where nothing moves, no motion keys where only transforms
+// move, and no instances where there are none. Its frames take up to a third less time
+// (docs/notes/programs-gpu.md). Another thread compiles it: from the pipeline's creation on if
+// the process has a scene by then, else after the pipeline has run for a while. A later process
+// finds it in the disk cache.
 #pragma once
 
 #include "devlib/gpu/launch_block.h"
@@ -22,12 +24,16 @@ class GpuCodeObject;
 // The traversables that code can traverse.
 struct GpuCodeKind {
     devlib::GraphKind graph = devlib::kGraphAny;
-    bool motion = false;
+    devlib::MotionKind motion = devlib::kMotionNone;
     friend bool operator==(const GpuCodeKind&, const GpuCodeKind&) = default;
 };
 
 // The kind that suffices for these traversables and for what the pipeline declares.
 GpuCodeKind narrowed(GpuCodeKind declared, const GpuGraphs& there);
+
+// Whether a new pipeline is likely to be launched with these traversables alone. `flags`, the
+// pipeline's OptixTraversableGraphFlags, may announce instances.
+bool isSceneComplete(const GpuGraphs& there, unsigned flags);
 
 // When narrow code is worth its compilation. A process waits at its end for a step of a compilation
 // that has begun, so programs of a few launches do not start one.
@@ -54,6 +60,10 @@ public:
     explicit GpuNarrowCodes(Prepare prepare);
 
     bool areMade() const { return bool(prepare_); }
+    // Code of this kind that is compiled since the pipeline's creation.
+    void begin(GpuCodeKind kind, std::shared_ptr<const GpuLaterCode> later);
+    // The code of this kind while it is compiled, or null.
+    const GpuLaterCode* pending(GpuCodeKind kind);
     // The code for a launch of that many indices, or null if it is not ready. `isIdle`: whether
     // code may be loaded now.
     std::shared_ptr<GpuCodeObject> get(GpuCodeKind kind, uint64_t indices,

@@ -12,19 +12,22 @@ namespace {
 using namespace devlib;
 
 TEST(NarrowCode, KindSufficesForTheTraversables) {
-    const GpuGraphs none, meshes{true, false, false, false}, moving{true, false, false, true},
-        instances{true, true, false, false}, deep{true, true, true, true};
+    const GpuGraphs none, meshes{true, false, false, false, false},
+        moving{true, false, false, true, true}, instances{true, true, false, false, false},
+        turning{true, true, true, true, false}, deep{true, true, true, true, true};
     for (const GraphKind graph : {kGraphSingleLevel, kGraphShallow, kGraphAny})
-        for (const bool motion : {false, true}) {
+        for (const MotionKind motion : {kMotionNone, kMotionAll}) {
             const GpuCodeKind declared = {graph, motion};
             EXPECT_EQ(declared, narrowed(declared, none)) << "they may come";
             EXPECT_EQ(declared, narrowed(declared, deep));
-            EXPECT_EQ((GpuCodeKind{kGraphGas, false}), narrowed(declared, meshes));
+            EXPECT_EQ((GpuCodeKind{kGraphGas, kMotionNone}), narrowed(declared, meshes));
             EXPECT_EQ((GpuCodeKind{kGraphGas, motion}), narrowed(declared, moving));
             const GraphKind oneLevel = graph == kGraphAny ? kGraphShallow : graph;
-            EXPECT_EQ((GpuCodeKind{oneLevel, false}), narrowed(declared, instances));
+            EXPECT_EQ((GpuCodeKind{oneLevel, kMotionNone}), narrowed(declared, instances));
+            EXPECT_EQ((GpuCodeKind{graph, motion ? kMotionTransforms : kMotionNone}),
+                      narrowed(declared, turning));
         }
-    EXPECT_EQ((GpuCodeKind{kGraphGas, true}), narrowed({kGraphGas, true}, deep));
+    EXPECT_EQ((GpuCodeKind{kGraphGas, kMotionAll}), narrowed({kGraphGas, kMotionAll}, deep));
 }
 
 TEST(NarrowCode, StartsAfterLaunchesAndTime) {
@@ -51,7 +54,7 @@ struct Fake {
     }};
     std::shared_ptr<GpuCodeObject> get(uint64_t indices = WaitsForWhole::kLargeLaunch) {
         return codes.get(
-            {kGraphGas, false}, indices, [this] { return isIdle; },
+            {kGraphGas, kMotionNone}, indices, [this] { return isIdle; },
             [this](const GpuLaterCode&) {
                 ++loads;
                 return loaded;
@@ -91,6 +94,32 @@ TEST(NarrowCode, CodeWithVariablesIsRefused) {
     for (unsigned i = 0; i < 3; ++i)
         EXPECT_EQ(nullptr, fake.get());
     EXPECT_EQ(0u, fake.loads);
+}
+
+TEST(NarrowCode, ItsCompilationMayBeginWithThePipeline) {
+    Fake fake;
+    const GpuCodeKind kind = {kGraphGas, kMotionNone};
+    EXPECT_EQ(nullptr, fake.codes.pending(kind));
+    fake.codes.begin(kind, fake.later);
+    EXPECT_EQ(fake.later.get(), fake.codes.pending(kind));
+    EXPECT_EQ(nullptr, fake.codes.pending({kGraphShallow, kMotionNone}));
+    EXPECT_EQ(nullptr, fake.get());
+    fake.later->code.machineCode = "code";
+    fake.later->isReady = true;
+    EXPECT_EQ(fake.loaded, fake.get());
+    EXPECT_EQ(nullptr, fake.codes.pending(kind));
+    EXPECT_EQ(0u, fake.searches);
+    EXPECT_EQ(0u, fake.compilations);
+}
+
+TEST(NarrowCode, FlagsMayAnnounceInstances) {
+    const GpuGraphs none, meshes{true, false, false, false, false},
+        instances{true, true, false, false, false};
+    EXPECT_FALSE(isSceneComplete(none, 0));
+    EXPECT_TRUE(isSceneComplete(meshes, 0));
+    EXPECT_TRUE(isSceneComplete(meshes, kAllowSingleGas));
+    EXPECT_FALSE(isSceneComplete(meshes, kAllowSingleLevelInstancing));
+    EXPECT_TRUE(isSceneComplete(instances, kAllowSingleLevelInstancing));
 }
 
 } // namespace

@@ -49,7 +49,7 @@ compiler::GpuPipelineRequest requestOf(const Kind& kind, const compiler::GpuTarg
         {"sunstone_gpu_hasVisits", 0},
         {"sunstone_gpu_hasException", 1},
         {"sunstone_gpu_exceptionFlags", devlib::kGpuFactOfLaunch},
-        {kMotionConstant, kind.moves},
+        {kMotionConstant, kind.moves ? devlib::kMotionAll : devlib::kMotionNone},
         {kGraphConstant, kind.graph},
     };
     return kernel;
