@@ -61,6 +61,34 @@ TEST_F(Attributes, OfContexts) {
           rtContextGetAttribute(context_, RTcontextattribute(0x777), sizeof bytes, &bytes));
 }
 
+// The manual's size is that of a pointer; applications pass the text itself, too.
+TEST_F(Attributes, LocationOfTheDiskCache) {
+    const auto kLocation = RT_CONTEXT_ATTRIBUTE_DISK_CACHE_LOCATION;
+    if (std::getenv("OPTIX_CACHE_MAXSIZE"))
+        GTEST_SKIP() << "the cache may be off";
+    const bool isFixed = std::getenv("OPTIX_CACHE_PATH"); // which takes precedence
+    const auto location = [&] {
+        const char* text = nullptr;
+        ok(rtContextGetAttribute(context_, kLocation, sizeof text, &text));
+        return std::string(text ? text : "");
+    };
+    const std::string first = ::testing::TempDir() + "cache_by_pointer",
+                      second = ::testing::TempDir() + "c";
+    const std::string before = location();
+    ok(set(kLocation, first.c_str()));
+    EXPECT_EQ(location(), isFixed ? before : first);
+    ok(rtContextSetAttribute(context_, kLocation, sizeof(char*), second.c_str()));
+    EXPECT_EQ(location(), isFixed ? before : second);
+    ok(set(kLocation, before.c_str()));
+    if (isFixed)
+        return;
+    fails(RT_ERROR_INVALID_VALUE, set(kLocation, ""), "empty");
+    fails(RT_ERROR_INVALID_VALUE,
+          rtContextSetAttribute(context_, kLocation, sizeof(char*),
+                                reinterpret_cast<const void*>(uintptr_t(64))),
+          "not readable");
+}
+
 TEST_F(Attributes, OfTheDiskCache) {
     using Limits = std::array<RTsize, 2>;
     get<char>(RT_CONTEXT_ATTRIBUTE_DISK_CACHE_ENABLED);

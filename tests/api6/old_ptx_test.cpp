@@ -82,6 +82,7 @@ protected:
         ok(rtTextureSamplerSetIndexingMode(sampler, flags & RT_BUFFER_CUBEMAP
                                                         ? RT_TEXTURE_INDEX_NORMALIZED_COORDINATES
                                                         : RT_TEXTURE_INDEX_ARRAY_INDEX));
+        sampler_ = sampler;
         int id = 0;
         ok(rtTextureSamplerGetId(sampler, &id));
         ok(rtVariableSet1i(variable("texture_id"), id));
@@ -105,6 +106,7 @@ protected:
     static std::vector<float> texel(float i) { return {i, 100 + i, 200 + i, 300 + i}; }
 
     RTbuffer words_ = nullptr;
+    RTtexturesampler sampler_ = nullptr; // of the last texture
 };
 
 TEST_F(OldPtx, TexturesOfAllShapes) {
@@ -130,6 +132,57 @@ TEST_F(OldPtx, TexturesOfAllShapes) {
     EXPECT_EQ(floats("base_id, (%r9, 6, " + down + ", 0)"), texel(3));
     texture<float>(RT_FORMAT_FLOAT4, RT_BUFFER_CUBEMAP | RT_BUFFER_LAYERED, 1, 1, 12);
     EXPECT_EQ(floats("base_id, (%r9, 7, " + down + ", 1)"), texel(9));
+}
+
+// A program "give" that stores the texel or the variable of this name.
+std::string giveText(const std::string& declaration, const std::string& read) {
+    return ".version 4.3\n.target sm_20\n.address_size 64\n"
+           ".visible .global .align 1 .b8 words[1];\n" +
+           declaration +
+           ".visible .entry give()\n{\n.reg .f32 %f<9>;\n.reg .b32 %r<20>;\n.reg .b64 %rd<9>;\n"
+           "mov.u32 %r0, 2;\n" +
+           read +
+           "mov.u64 %rd1, words;\nmov.u32 %r10, 1;\nmov.u32 %r11, 4;\nmov.u64 %rd3, 0;\n"
+           "call (%rd4), _rt_buffer_get_64, (%rd1, %r10, %r11, %rd3, %rd3, %rd3, %rd3);\n"
+           "st.f32 [%rd4], %f1;\nret;\n}\n";
+}
+
+// .tex is the form of .global .texref before PTX 1.5.
+TEST_F(OldPtx, TexturesInTheSpaceOfTextures) {
+    texture<float>(RT_FORMAT_FLOAT4, 0, 4, 0, 0);
+    RTprogram program = nullptr;
+    const std::string text = giveText(
+        ".tex .u64 picture;\n", "tex.1d.v4.f32.s32 {%f0, %f1, %f2, %f3}, [picture, {%r0}];\n");
+    ok(rtProgramCreateFromPTXString(context_, text.c_str(), "give", &program));
+    ok(rtContextSetRayGenerationProgram(context_, 0, program));
+    fails(RT_ERROR_VARIABLE_NOT_FOUND, rtContextLaunch1D(context_, 0, 1), "picture");
+    ok(rtVariableSetObject(variable("picture"), sampler_));
+    ok(rtContextLaunch1D(context_, 0, 1));
+    void* data = nullptr;
+    ok(rtBufferMap(words_, &data));
+    EXPECT_EQ(*static_cast<float*>(data), 102);
+    ok(rtBufferUnmap(words_));
+}
+
+// Each text has variables of its own, whatever other texts call their programs.
+TEST_F(OldPtx, ProgramsOfOneNameInSeveralTexts) {
+    ok(rtContextSetEntryPointCount(context_, 2));
+    const char* const names[] = {"first_value", "second_value"};
+    for (unsigned i = 0; i < 2; ++i) {
+        RTprogram program = nullptr;
+        const std::string text = giveText(described(names[i], "f32", 4),
+                                          std::string("ld.global.f32 %f1, [") + names[i] + "];\n");
+        ok(rtProgramCreateFromPTXString(context_, text.c_str(), "give", &program));
+        ok(rtContextSetRayGenerationProgram(context_, i, program));
+        ok(rtVariableSet1f(variable(names[i]), 5.0f + float(i)));
+    }
+    for (unsigned i = 0; i < 2; ++i) {
+        ok(rtContextLaunch1D(context_, i, 1));
+        void* data = nullptr;
+        ok(rtBufferMap(words_, &data));
+        EXPECT_EQ(*static_cast<float*>(data), 5.0f + float(i));
+        ok(rtBufferUnmap(words_));
+    }
 }
 
 TEST_F(OldPtx, TexelsOfOneDimension) {

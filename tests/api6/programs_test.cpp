@@ -40,6 +40,11 @@ TEST_F(Programs, MissingVariablesAndWrongTypesAreNamed) {
     ok(rtVariableSet2f(scoped, 1, 2));
     fails(RT_ERROR_TYPE_MISMATCH, rtContextLaunch1D(context_, 0, 1), "8 bytes");
     ok(rtContextRemoveVariable(context_, scoped));
+    scoped = variable("scoped");
+    ok(rtVariableSet1i(scoped, 1));
+    fails(RT_ERROR_TYPE_MISMATCH, rtContextLaunch1D(context_, 0, 1),
+          "has integers, but the program's has the type float");
+    ok(rtContextRemoveVariable(context_, scoped));
     ok(rtVariableSet1f(variable("scoped"), 3));
     ok(rtContextLaunch1D(context_, 0, 1));
     EXPECT_EQ(results()[0], 3);

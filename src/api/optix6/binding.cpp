@@ -33,6 +33,40 @@ std::string mismatch(const DeviceVariable& wanted, const Buffer& given) {
     return {};
 }
 
+enum class Numbers { kUnknown, kFloats, kIntegers };
+
+// By the name of the type in the program's source; typedefs stay unknown.
+Numbers numbersOf(std::string_view typeName) {
+    std::string_view name = typeName;
+    if (name == "unsigned int" || name == "unsigned")
+        return Numbers::kIntegers;
+    if (!name.empty() && name.back() >= '1' && name.back() <= '4')
+        name.remove_suffix(1);
+    return name == "float"                   ? Numbers::kFloats
+           : name == "int" || name == "uint" ? Numbers::kIntegers
+                                             : Numbers::kUnknown;
+}
+Numbers numbersOf(RTobjecttype type) {
+    switch (type) {
+    case RT_OBJECTTYPE_FLOAT:
+    case RT_OBJECTTYPE_FLOAT2:
+    case RT_OBJECTTYPE_FLOAT3:
+    case RT_OBJECTTYPE_FLOAT4:
+        return Numbers::kFloats;
+    case RT_OBJECTTYPE_INT:
+    case RT_OBJECTTYPE_INT2:
+    case RT_OBJECTTYPE_INT3:
+    case RT_OBJECTTYPE_INT4:
+    case RT_OBJECTTYPE_UNSIGNED_INT:
+    case RT_OBJECTTYPE_UNSIGNED_INT2:
+    case RT_OBJECTTYPE_UNSIGNED_INT3:
+    case RT_OBJECTTYPE_UNSIGNED_INT4:
+        return Numbers::kIntegers;
+    default:
+        return Numbers::kUnknown;
+    }
+}
+
 // Why a host variable cannot be the value of a program's variable; empty if it can.
 std::string mismatch(const DeviceVariable& wanted, const Variable& given) {
     const std::shared_ptr<Object> object = given.object.lock();
@@ -53,6 +87,10 @@ std::string mismatch(const DeviceVariable& wanted, const Variable& given) {
                    : message("needs data, not a ", nameOf(object->kind));
     if (given.bytes.size() != wanted.bytes)
         return message("has ", given.bytes.size(), " bytes, but the program's has ", wanted.bytes);
+    const Numbers there = numbersOf(given.type), here = numbersOf(wanted.typeName);
+    if (there != here && there != Numbers::kUnknown && here != Numbers::kUnknown)
+        return message("has ", here == Numbers::kFloats ? "integers" : "floats",
+                       ", but the program's has the type ", wanted.typeName);
     return {};
 }
 

@@ -88,6 +88,7 @@ const char* textOf(RTresult result) {
 RTresult resultOf(Code code) {
     switch (code) {
     case Code::kInvalidValue:
+    case Code::kCacheInvalidPath:
         return RT_ERROR_INVALID_VALUE;
     case Code::kOutOfMemory:
         return RT_ERROR_MEMORY_ALLOCATION_FAILED;

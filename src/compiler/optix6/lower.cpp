@@ -76,8 +76,10 @@ public:
             return dropCalls();
         const FunctionFacts& facts = unit_.facts().at(&function_);
         rules_ = &unit_.moduleRules(unit_.moduleNumber(*facts.module));
-        if (kind_ != ProgramKind::kNone)
-            variables_ = variablesOf(unit_.modules(), unit_.facts().at(&program_).function->name);
+        if (kind_ != ProgramKind::kNone) { // as the shell lays them out: modules may share names
+            const FunctionFacts& own = unit_.facts().at(&program_);
+            variables_ = variablesOf({own.module}, own.function->name);
+        }
         if (kind_ == ProgramKind::kDirectCallable)
             passDataToHelpers();
         if (isHelper_)

@@ -177,12 +177,15 @@ void Parser::addModuleVariable(Variable&& variable) {
     module_.variables.push_back(std::move(variable));
 }
 
-void Parser::parseModuleVariables(Linkage linkage, Space space, Location location) {
+// isTexture: declared in .tex, of a type without meaning.
+void Parser::parseModuleVariables(Linkage linkage, Space space, bool isTexture, Location location) {
     Variable common;
     common.space = space;
     common.linkage = linkage;
     common.location = location;
     parseVariableType(common);
+    if (isTexture)
+        common.type = Type::kTexref;
     do {
         Variable variable = common;
         parseDeclarator(variable);

@@ -144,8 +144,9 @@ void Parser::parseItem() {
         if (space == Space::kReg || space == Space::kParam || space == Space::kLocal)
             fault(token_.location, "." + std::string(token_.text) +
                                        " variables belong inside a function, not at module scope");
+        const bool isTexture = token_.isDot("tex");
         advance();
-        return parseModuleVariables(linkage, space, location);
+        return parseModuleVariables(linkage, space, isTexture, location);
     }
     unknownDirective();
 }

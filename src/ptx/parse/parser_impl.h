@@ -72,7 +72,7 @@ private:
     void parseDeclarator(Variable& variable);
     void parseDimensions(Variable& variable);
     void finishSize(Variable& variable);
-    void parseModuleVariables(Linkage linkage, Space space, Location location);
+    void parseModuleVariables(Linkage linkage, Space space, bool isTexture, Location location);
     void addModuleVariable(Variable&& variable);
     void parseBodyVariables(Linkage linkage, Space space);
     void parseRegisters();

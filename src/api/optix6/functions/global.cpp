@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Entry points without a context (section 5.20), and the attributes of contexts.
 #include "api/optix6/call.h"
+#include "base/readable.h"
 #include "base/threads/threads.h"
 
 #include <atomic>
@@ -172,6 +173,21 @@ int keptDefault(RTcontextattribute attribute) {
     return attribute == RT_CONTEXT_ATTRIBUTE_FORCE_INLINE_USER_FUNCTIONS;
 }
 
+// A path that the caller gives as text or as a pointer to it: the manual (rtContextSetAttribute)
+// has the size of a pointer, and a text as the value. The first bytes of a text are no readable
+// address.
+std::string pathAt(const void* p) {
+    const char* text = nullptr;
+    if (isReadable(p, sizeof text))
+        std::memcpy(&text, p, sizeof text);
+    if (!text || !isReadable(text, 1))
+        text = static_cast<const char*>(p);
+    if (!isReadable(text, 1))
+        refuse(RT_ERROR_INVALID_VALUE, "p = ", p, " is not readable");
+    constexpr size_t kMost = 4096;
+    return std::string(text, strnlen(text, kMost));
+}
+
 void setAttribute(Context& context, RTcontextattribute attribute, RTsize size, const void* p) {
     requireNonNull(p, "p");
     if (isKept(attribute)) {
@@ -184,7 +200,7 @@ void setAttribute(Context& context, RTcontextattribute attribute, RTsize size, c
         return;
     }
     if (attribute == RT_CONTEXT_ATTRIBUTE_DISK_CACHE_LOCATION)
-        return context.engine->cache->setLocation(std::string(static_cast<const char*>(p)));
+        return context.engine->cache->setLocation(pathAt(p));
     if (attribute == RT_CONTEXT_ATTRIBUTE_DISK_CACHE_MEMORY_LIMITS) {
         RTsize limits[2];
         requireSize(size, sizeof limits);
