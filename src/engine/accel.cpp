@@ -117,6 +117,8 @@ uint64_t cpu::buildAccel(const ContextPtr& context, AccelBuild request) {
         const auto run = request.update ? bvh::update : bvh::build;
         run(request.inputs->view(), request.options, request.temp, request.tempSize, request.output,
             request.outputSize);
+        if (request.inputs->instances && context->log)
+            warnOfUnknownChild(*context, *request.inputs->instances, request.output);
         for (const AccelEmit& emit : request.emit)
             emitProperty(emit, request.output);
     });

@@ -51,4 +51,20 @@ void warnOfBrokenRule(const Context& context, const bvh::InstanceInput& input,
     }
 }
 
+void warnOfUnknownChild(const Context& context, const bvh::InstanceInput& input,
+                        const void* structure) {
+    if (static_cast<const bvh::BlockHeader*>(structure)->numActive == input.numInstances)
+        return;
+    for (uint32_t i = 0; i < input.numInstances; ++i) {
+        const uint64_t handle = bvh::instanceAt(input, i).traversableHandle;
+        if (handle != 0 && !bvh::leadsToBlock(handle))
+            return context.log(
+                LogLevel::kWarning, "ACCEL",
+                message("instances[", i,
+                        "]: traversableHandle = ", reinterpret_cast<const void*>(handle),
+                        ", or that of a transform it leads to, is that of no acceleration "
+                        "structure whose memory is allocated; rays never hit the instance"));
+    }
+}
+
 } // namespace sunstone::engine

@@ -25,4 +25,9 @@ struct InstanceRules {
 void warnOfBrokenRule(const Context& context, const bvh::InstanceInput& input,
                       const InstanceRules& rules);
 
+// Logs the first instance whose handle is none of a structure, or of transforms above one. Rays
+// never hit it. `structure` is the built structure of these instances.
+void warnOfUnknownChild(const Context& context, const bvh::InstanceInput& input,
+                        const void* structure);
+
 } // namespace sunstone::engine

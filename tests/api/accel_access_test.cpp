@@ -257,9 +257,9 @@ TEST_P(AccelAccess, GarbageTraversablesMiss) {
     munmap(mapped, 8192);
     munmap(closed, 8192);
     buildAccel(context_, log_, {top.input}); // reports the build before
+    EXPECT_NE(std::string::npos, log_.all().find("never hit")) << log_.all();
     if (!onGpu())
         return; // an invalid handle is a miss without a log line there
-    EXPECT_NE(std::string::npos, log_.all().find("they are never hit")) << log_.all();
     log_.clear();
     EXPECT_EQ(1u, trace(0x1001));
     EXPECT_NE(std::string::npos, log_.all().find("the traversable 0x1001, which is none"))
