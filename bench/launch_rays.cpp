@@ -166,19 +166,19 @@ int main(int argc, char** argv) {
             options.rounds = std::atoi(argv[++i]);
         } else {
             std::fprintf(stderr, "usage: bench_launch [--quick] [--json] [--processors] "
-                                 "[--scene 0-3] [--rays primary|shadow|AO|diffuse] [--rounds N]\n");
+                                 "[--scene 0-6] [--rays primary|shadow|AO|diffuse] [--rounds N]\n");
             return word == "--help" ? 0 : 2;
         }
     }
     const struct {
         bench::SceneKind kind;
         uint32_t triangles;
-    } scenes[] = {{bench::SceneKind::kTerrain, 2000000},
-                  {bench::SceneKind::kSoup, 1000000},
-                  {bench::SceneKind::kLongThin, 1000000},
-                  {bench::SceneKind::kSpheres, 10000000}};
+    } scenes[] = {{bench::SceneKind::kTerrain, 2000000},     {bench::SceneKind::kSoup, 1000000},
+                  {bench::SceneKind::kLongThin, 1000000},    {bench::SceneKind::kSpheres, 10000000},
+                  {bench::SceneKind::kOverlapping, 1000000}, {bench::SceneKind::kInterior, 1000000},
+                  {bench::SceneKind::kLeaves, 1000000}};
     Bench run(options);
-    for (int i = 0; i < 4; ++i)
+    for (int i = 0; i < 7; ++i)
         if (options.scene < 0 || options.scene == i)
             run.scene(scenes[i].kind, scenes[i].triangles);
     options.json ? printJson(run.rows()) : printTable(run.rows());
