@@ -23,7 +23,7 @@ constexpr std::array<SettingInfo, kCount> kSettings = {{
     {"SUNSTONE_THREADS", "worker threads of the CPU device (default: the processors it may use)"},
     {"SUNSTONE_ISA", "highest instruction set of traversal and of compiled device code: avx512, "
                      "avx2, baseline"},
-    {"OPTIX_CACHE_PATH", "folder of the disk cache, instead of any that a program names"},
+    {"OPTIX_CACHE_PATH", "folder of the disk cache; overrides the application's setting"},
     {"OPTIX_CACHE_MAXSIZE", "bytes the disk cache may grow to; 0 turns it off"},
     {"SUNSTONE_CHECK", "checks of device code, set by `sunstone run --check`: memory,leaks,host"},
     {"SUNSTONE_CHECK_REPORT", "file that the reports of these checks are added to, JSON lines"},

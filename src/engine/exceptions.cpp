@@ -94,10 +94,8 @@ std::string describeException(const ThreadState& thread, const Wording& wording,
 }
 
 std::string unknownHandleRemark(uint64_t handle) {
-    return message("a ray was given, or came to, the traversable ",
-                   reinterpret_cast<const void*>(handle),
-                   ", which is none, or one whose memory is not allocated any more; there is "
-                   "nothing to hit");
+    return message("a ray met the handle ", reinterpret_cast<const void*>(handle),
+                   ", which is no traversable or whose memory is freed; there is nothing to hit");
 }
 
 uint64_t stackLimitOfThread() {

@@ -262,7 +262,7 @@ TEST_P(AccelAccess, GarbageTraversablesMiss) {
         return; // an invalid handle is a miss without a log line there
     log_.clear();
     EXPECT_EQ(1u, trace(0x1001));
-    EXPECT_NE(std::string::npos, log_.all().find("the traversable 0x1001, which is none"))
+    EXPECT_NE(std::string::npos, log_.all().find("the handle 0x1001, which is no traversable"))
         << log_.all();
 }
 

@@ -58,7 +58,7 @@ void addRun(CLI::App& app, RunOptions& options) {
         "documented\nerror. The exit code is 1 if anything was reported, else the "
         "program's.\n\n"
         "`mpirun -n N sunstone run PROGRAM` runs a program of the classic API on rank 0; the "
-        "other ranks make\nsubframes of its progressive launches (docs/classic.md).");
+        "other ranks render\nsubframes of its progressive launches (docs/classic.md).");
     app.add_flag("--check", options.check, "check memory accesses of device code");
     app.add_flag("--leak-check", options.leakCheck,
                  "with --check: report device memory that is never freed");

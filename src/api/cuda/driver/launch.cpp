@@ -120,7 +120,7 @@ void runLaunch(const LaunchPlan& plan) {
                         "them are undefined"));
     if (launch.deadlock)
         refuse(CUDA_ERROR_LAUNCH_FAILED, "kernel ", launch.name,
-               ": threads wait for others that will never come");
+               ": deadlock: threads wait at a barrier that other threads of the block never reach");
     if (launch.fault == Launch::kProcessorFault)
         refuseFault(launch);
     if (const uint32_t fault = launch.fault)
