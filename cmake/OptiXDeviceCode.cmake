@@ -1,10 +1,28 @@
 # optix_embed_device_code(<target> <source.cu> [NAME <symbol>] [INCLUDES <folder>...] [OPTIONS <option>...])
-# compiles device code to PTX with Sunstone's nvcc and embeds the text in the target, which gets a header
-# <symbol>.h:
+# compiles device code to PTX with OptiX_NVCC, by default Sunstone's nvcc, and embeds the text in the target, which
+# gets a header <symbol>.h:
 #   extern "C" const char <symbol>[];          // ends with a NUL
 #   extern "C" const unsigned long <symbol>_size; // without the NUL
-# The symbol is <name of the source>_ptx unless NAME is given.
-# optix_compile_ptx(<variable> <source.cu> ...) has the same arguments and sets the variable to the file of the PTX.
+# The symbol is <name of the source>_ptx unless NAME is given. Several targets may embed one source. The PTX is for
+# compute_75, the lowest target of NVIDIA's nvcc 13, unless OPTIONS has -arch or -gencode.
+# optix_compile_ptx(<variable> <source.cu> ...) has the same arguments and sets the variable to the file of the PTX:
+# <name>.ptx in the build folder. A build of all targets compiles the file. <variable>_TARGET is the target that
+# compiles it, for add_dependencies().
+function(optix_add_ptx_rule ptx name source includes options)
+    set(folders "-I${OptiX_INCLUDE_DIR}")
+    foreach(folder IN LISTS includes)
+        get_filename_component(folder "${folder}" ABSOLUTE)
+        list(APPEND folders "-I${folder}")
+    endforeach()
+    if(NOT "${options}" MATCHES "(^|;)(-arch|--gpu-architecture|-gencode|--generate-code)(=|;|$)")
+        list(PREPEND options -arch=compute_75)
+    endif()
+    add_custom_command(OUTPUT "${ptx}"
+        COMMAND "${OptiX_NVCC}" -ptx ${folders} ${options} -o "${ptx}" "${source}"
+        COMMAND "${OptiX_NVCC}" -M ${folders} ${options} -MT "${ptx}" -o "${ptx}.d" "${source}"
+        DEPENDS "${source}" DEPFILE "${ptx}.d" COMMENT "device code ${name}" VERBATIM)
+endfunction()
+
 function(optix_compile_ptx variable source)
     cmake_parse_arguments(PTX "" "NAME" "INCLUDES;OPTIONS" ${ARGN})
     get_filename_component(source "${source}" ABSOLUTE)
@@ -13,16 +31,14 @@ function(optix_compile_ptx variable source)
         set(name "${PTX_NAME}")
     endif()
     set(ptx "${CMAKE_CURRENT_BINARY_DIR}/${name}.ptx")
-    set(folders "-I${OptiX_INCLUDE_DIR}")
-    foreach(folder IN LISTS PTX_INCLUDES)
-        get_filename_component(folder "${folder}" ABSOLUTE)
-        list(APPEND folders "-I${folder}")
-    endforeach()
-    add_custom_command(OUTPUT "${ptx}"
-        COMMAND "${OptiX_NVCC}" -ptx -arch=compute_60 ${folders} ${PTX_OPTIONS} -o "${ptx}" "${source}"
-        COMMAND "${OptiX_NVCC}" -M ${folders} ${PTX_OPTIONS} -MT "${ptx}" -o "${ptx}.d" "${source}"
-        DEPENDS "${source}" DEPFILE "${ptx}.d" COMMENT "device code ${name}" VERBATIM)
+    optix_add_ptx_rule("${ptx}" "${name}" "${source}" "${PTX_INCLUDES}" "${PTX_OPTIONS}")
+    # Folders of a project may have sources of equal names.
+    string(SHA1 hash "${ptx}")
+    string(SUBSTRING "${hash}" 0 8 hash)
+    string(MAKE_C_IDENTIFIER "${name}_${hash}" made)
+    add_custom_target(optix_ptx_${made} ALL DEPENDS "${ptx}")
     set(${variable} "${ptx}" PARENT_SCOPE)
+    set(${variable}_TARGET optix_ptx_${made} PARENT_SCOPE)
 endfunction()
 
 function(optix_embed_device_code target source)
@@ -32,8 +48,11 @@ function(optix_embed_device_code target source)
     if(EMBED_NAME)
         set(symbol "${EMBED_NAME}")
     endif()
-    optix_compile_ptx(ptx "${source}" NAME ${symbol} INCLUDES ${EMBED_INCLUDES} OPTIONS ${EMBED_OPTIONS})
-    set(folder "${CMAKE_CURRENT_BINARY_DIR}/optix_device_code")
+    get_filename_component(source "${source}" ABSOLUTE)
+    set(folder "${CMAKE_CURRENT_BINARY_DIR}/optix_device_code/${target}")
+    file(MAKE_DIRECTORY "${folder}")
+    set(ptx "${folder}/${symbol}.ptx")
+    optix_add_ptx_rule("${ptx}" "${symbol}" "${source}" "${EMBED_INCLUDES}" "${EMBED_OPTIONS}")
     file(CONFIGURE OUTPUT "${folder}/${symbol}.h" @ONLY CONTENT
 "#pragma once
 #ifdef __cplusplus

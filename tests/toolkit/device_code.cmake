@@ -24,6 +24,18 @@ foreach(only IN ITEMS OFF ON)
     if(NOT output STREQUAL "modules: 0 0, different: 1\n")
         message(FATAL_ERROR "squares says: ${output}")
     endif()
+    run(${stage}/bin/sunstone run ${WORK}/build_${only}/squares_80)
+    # The architecture of OPTIONS, or the default.
+    foreach(case IN ITEMS squares.ptx=75 optix_device_code/squares/squares_ptx.ptx=75
+            optix_device_code/squares_80/squares_ptx.ptx=80)
+        string(REPLACE "=" ";" case "${case}")
+        list(GET case 0 file)
+        list(GET case 1 architecture)
+        file(STRINGS ${WORK}/build_${only}/${file} target REGEX "^[.]target")
+        if(NOT target MATCHES "sm_${architecture}")
+            message(FATAL_ERROR "${file} has ${target}")
+        endif()
+    endforeach()
 endforeach()
 # A changed header compiles the device code again.
 run(${CMAKE_COMMAND} --build ${WORK}/build_ON)

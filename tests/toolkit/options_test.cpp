@@ -61,6 +61,13 @@ TEST(NvccOptions, LinkLines) {
     EXPECT_EQ(line.architectures, std::vector<int>{90}); // the newest that clang knows
 }
 
+TEST(NvccOptions, LastArchitecture) {
+    EXPECT_EQ(parse({"-arch=compute_60", "a.cu", "-arch", "sm_80"}).architectures,
+              std::vector<int>{80});
+    EXPECT_EQ(parse({"-arch=sm_80", "-gencode", "arch=compute_75,code=sm_75"}).architectures,
+              (std::vector<int>{75, 80}));
+}
+
 TEST(NvccOptions, OptionsWithoutEffectAndOfClang) {
     const CommandLine line = parse(
         {"-allow-unsupported-compiler", "--brief-diagnostics=true", "--Wext-lambda-captures-this",

@@ -37,13 +37,11 @@ std::vector<std::string> splitAt(const std::string& text, char separator) {
     return parts;
 }
 
-// "compute_75", "sm_75", "sm_90a" as the architecture of PTX.
-void addArchitecture(CommandLine& line, const std::string& name) {
+// The architecture of PTX for "compute_75", "sm_75", "sm_90a".
+int architectureOf(const std::string& name) {
     const size_t digits = name.find('_') + 1;
-    if (name == "native" || name == "all" || name == "all-major") {
-        line.architectures.push_back(75);
-        return;
-    }
+    if (name == "native" || name == "all" || name == "all-major")
+        return 75;
     if (!name.starts_with("compute_") && !name.starts_with("sm_") && !name.starts_with("lto_"))
         refuse("Unsupported gpu architecture '" + name + "'");
     const int number = std::atoi(name.c_str() + digits);
@@ -51,14 +49,21 @@ void addArchitecture(CommandLine& line, const std::string& name) {
         refuse("Unsupported gpu architecture '" + name + "'");
     const std::vector<int>& known = nvrtc::architectures();
     const auto above = std::upper_bound(known.begin(), known.end(), number);
-    line.architectures.push_back(above == known.begin() ? known.front() : *(above - 1));
+    return above == known.begin() ? known.front() : *(above - 1);
+}
+
+// As in NVIDIA's nvcc, the last -arch applies.
+void setArchitecture(CommandLine& line, const std::string& name) {
+    line.architecture = architectureOf(name);
 }
 
 // arch=compute_75,code=[sm_75,compute_75]
 void addCode(CommandLine& line, const std::string& value) {
     for (const std::string& part : splitAt(value, ','))
-        if (part.starts_with("arch="))
-            return addArchitecture(line, part.substr(5));
+        if (part.starts_with("arch=")) {
+            line.architectures.push_back(architectureOf(part.substr(5)));
+            return;
+        }
     refuse("Option '--generate-code', missing 'arch='");
 }
 
@@ -186,7 +191,7 @@ constexpr Rule kRules[] = {
     {"quoted-dependency-target-name", "MQ", kValue, dependency<kMQ>},
     {"output-file", "o", kValue, [](CommandLine& l, const std::string& v) { l.output = v; }},
     {"x", "x", kValue, [](CommandLine& l, const std::string& v) { l.language = v; }},
-    {"gpu-architecture", "arch", kValue, addArchitecture},
+    {"gpu-architecture", "arch", kValue, setArchitecture},
     {"gpu-code", "code", kValue, ignore},
     {"generate-code", "gencode", kValue, addCode},
     {"relocatable-device-code", "rdc", kValue, setTruth<&nvrtc::Options::relocatable>},
@@ -416,6 +421,8 @@ CommandLine parse(std::vector<std::string> words) {
     CommandLine line;
     for (size_t i = 0; i < words.size(); ++i)
         applyWord(line, words, i, forwards);
+    if (line.architecture)
+        line.architectures.push_back(line.architecture);
     if (line.architectures.empty())
         line.architectures.push_back(75);
     std::sort(line.architectures.begin(), line.architectures.end());

@@ -23,7 +23,8 @@ enum class Phase {
 struct CommandLine {
     Phase phase = Phase::kLink;
     nvrtc::Options device;
-    std::vector<int> architectures;   // rising; PTX for each
+    int architecture = 0;             // of -arch; 0: not given
+    std::vector<int> architectures;   // rising, also that of -arch; PTX for each
     std::vector<std::string> sources; // files to compile
     std::vector<std::string> linked; // objects, archives, -L, -l and words for the linker, in order
     std::vector<std::string> common; // words of the preprocessor, for both sides
