@@ -2,6 +2,8 @@
 // See config.h: the table of settings, and their values from the environment.
 #include "base/config.h"
 
+#include "base/log.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -9,6 +11,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <initializer_list>
+#include <span>
+#include <string_view>
 #include <unistd.h>
 
 namespace sunstone {
@@ -66,16 +70,35 @@ bool isNumber(const std::string& text, unsigned long least, unsigned long most) 
            value <= most;
 }
 
-// LEVEL or AREA:LEVEL,...
-bool isLogList(const std::string& text) {
-    std::string levels;
-    for (size_t begin = 0; begin <= text.size();) {
-        const size_t end = std::min(text.find(',', begin), text.size());
-        const std::string item = text.substr(begin, end - begin);
-        levels += item.substr(item.find(':') == std::string::npos ? 0 : item.find(':') + 1) + ",";
-        begin = end + 1;
+constexpr std::string_view kLogLevels[] = {"off", "fatal", "error", "warning", "info", "debug"};
+
+bool isOneOf(std::string_view word, std::span<const std::string_view> words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+std::string listOf(std::span<const std::string_view> words) {
+    std::string list;
+    for (const std::string_view word : words)
+        list += (list.empty() ? "" : ", ") + std::string(word);
+    return list;
+}
+
+// The rule that a list LEVEL or AREA:LEVEL,... breaks, or empty.
+std::string logFault(std::string_view rest) {
+    while (!rest.empty()) {
+        const size_t comma = std::min(rest.find(','), rest.size());
+        const std::string_view item = rest.substr(0, comma);
+        rest.remove_prefix(std::min(comma + 1, rest.size()));
+        const size_t colon = item.find(':');
+        const std::string_view level =
+            colon == std::string_view::npos ? item : item.substr(colon + 1);
+        if (!item.empty() && !isOneOf(level, kLogLevels))
+            return "it must be LEVEL or AREA:LEVEL,... with the levels " + listOf(kLogLevels);
+        if (colon != std::string_view::npos && !isOneOf(item.substr(0, colon), kLogAreas))
+            return "the area \"" + std::string(item.substr(0, colon)) + "\" must be one of " +
+                   listOf(kLogAreas);
     }
-    return areAll(levels, {"off", "fatal", "error", "warning", "info", "debug"});
+    return {};
 }
 
 using Values = std::array<std::string, kCount>;
@@ -97,36 +120,36 @@ void dropFaulty(Values& values) {
 std::string settingFault(Setting setting, const std::string& value) {
     if (value.empty())
         return {};
-    const auto unless = [](bool good, const char* rule) { return good ? "" : rule; };
+    const auto unless = [](bool good, const char* rule) -> std::string {
+        return good ? "" : std::string("it must be ") + rule;
+    };
     std::error_code error;
     switch (setting) {
     case Setting::kLog:
-        return unless(isLogList(value), "it is LEVEL or AREA:LEVEL,... with the levels off, fatal, "
-                                        "error, warning, info, debug");
+        return logFault(value);
     case Setting::kDump:
-        return unless(std::filesystem::is_directory(value, error), "it is a folder that exists");
+        return unless(std::filesystem::is_directory(value, error), "a folder that exists");
     case Setting::kThreads:
-        return unless(isNumber(value, 1, kMostThreads), "it is a whole number from 1 to 4096");
+        return unless(isNumber(value, 1, kMostThreads), "a whole number from 1 to 4096");
     case Setting::kIsa:
         return unless(value == "avx512" || value == "avx2" || value == "baseline",
-                      "it is avx512, avx2 or baseline");
+                      "avx512, avx2 or baseline");
     case Setting::kCacheMaxSize:
-        return unless(isNumber(value, 0, ~0ul), "it is a number of bytes; 0 turns the cache off");
+        return unless(isNumber(value, 0, ~0ul), "a number of bytes; 0 turns the cache off");
     case Setting::kCheck:
-        return unless(areAll(value, {"memory", "leaks", "host"}),
-                      "it is a list of memory, leaks, host");
+        return unless(areAll(value, {"memory", "leaks", "host"}), "a list of memory, leaks, host");
     case Setting::kRays:
-        return unless(value == "alone" || value == "batches", "it is alone or batches");
+        return unless(value == "alone" || value == "batches", "alone or batches");
     case Setting::kGpuBackEnd:
-        return unless(value == "cpu-device", "it is cpu-device");
+        return unless(value == "cpu-device", "cpu-device");
     case Setting::kGpuCode:
         return unless(value == "whole" || value == "ready" || value == "narrow",
-                      "it is whole, ready or narrow");
+                      "whole, ready or narrow");
     case Setting::kKernels:
         return unless(value == "lockstep" || value == "single" || value == "runs",
-                      "it is lockstep, single or runs");
+                      "lockstep, single or runs");
     case Setting::kClang:
-        return unless(access(value.c_str(), X_OK) == 0, "it is the path of a program");
+        return unless(access(value.c_str(), X_OK) == 0, "the path of a program");
     default:
         return {};
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The engine's log. The environment selects the lines that go to stderr: SUNSTONE_LOG=debug (all
-// areas) or SUNSTONE_LOG=ptx:debug,bvh:info. Areas are folder names. An API shell with a log
-// callback passes its own lines to the callback, too.
+// areas) or SUNSTONE_LOG=compiler:debug,bvh:info. Areas are names of folders. An API shell with a
+// log callback passes its own lines to the callback, too.
 #pragma once
 
 #include <string>
@@ -11,6 +11,11 @@ namespace sunstone {
 
 // Values 1 to 4 are the levels of the OptiX log callback.
 enum class LogLevel : unsigned { kOff = 0, kFatal = 1, kError = 2, kWarning = 3, kInfo = 4, kDebug = 5 };
+
+// The areas of all lines. tests/rules/areas.cmake compares the list with the calls.
+inline constexpr std::string_view kLogAreas[] = {"base",   "bvh",   "compiler", "cuda",   "device",
+                                                 "engine", "nvrtc", "optix6",   "optix7", "optixu",
+                                                 "prime",  "rays",  "texture"};
 
 // Whether a line of this level and area would be printed. Call it before building a costly line.
 bool logEnabled(LogLevel level, std::string_view area);
