@@ -1,15 +1,20 @@
-# optix_embed_device_code(<target> <source.cu> [NAME <symbol>] [INCLUDES <folder>...] [OPTIONS <option>...])
+# optix_embed_device_code(<target> <source.cu> [CLASSIC] [NAME <symbol>] [INCLUDES <folder>...] [OPTIONS <option>...])
 # compiles device code to PTX with OptiX_NVCC, by default Sunstone's nvcc, and embeds the text in the target, which
 # gets a header <symbol>.h:
 #   extern "C" const char <symbol>[];          // ends with a NUL
 #   extern "C" const unsigned long <symbol>_size; // without the NUL
+# CLASSIC: the source uses the classic API, for programs that link OptiX::Classic.
 # The symbol is <name of the source>_ptx unless NAME is given. Several targets may embed one source. The PTX is for
 # compute_75, the lowest target of NVIDIA's nvcc 13, unless OPTIONS has -arch or -gencode.
 # optix_compile_ptx(<variable> <source.cu> ...) has the same arguments and sets the variable to the file of the PTX:
 # <name>.ptx in the build folder. A build of all targets compiles the file. <variable>_TARGET is the target that
 # compiles it, for add_dependencies().
-function(optix_add_ptx_rule ptx name source includes options)
+function(optix_add_ptx_rule ptx name source classic includes options)
     set(folders "-I${OptiX_INCLUDE_DIR}")
+    if(classic)
+        set(folders "-I${OptiX_CLASSIC_INCLUDE_DIR}")
+        list(PREPEND options -rdc=true) # keeps programs that only variables name, such as callables
+    endif()
     foreach(folder IN LISTS includes)
         get_filename_component(folder "${folder}" ABSOLUTE)
         list(APPEND folders "-I${folder}")
@@ -24,14 +29,14 @@ function(optix_add_ptx_rule ptx name source includes options)
 endfunction()
 
 function(optix_compile_ptx variable source)
-    cmake_parse_arguments(PTX "" "NAME" "INCLUDES;OPTIONS" ${ARGN})
+    cmake_parse_arguments(PTX "CLASSIC" "NAME" "INCLUDES;OPTIONS" ${ARGN})
     get_filename_component(source "${source}" ABSOLUTE)
     get_filename_component(name "${source}" NAME_WE)
     if(PTX_NAME)
         set(name "${PTX_NAME}")
     endif()
     set(ptx "${CMAKE_CURRENT_BINARY_DIR}/${name}.ptx")
-    optix_add_ptx_rule("${ptx}" "${name}" "${source}" "${PTX_INCLUDES}" "${PTX_OPTIONS}")
+    optix_add_ptx_rule("${ptx}" "${name}" "${source}" "${PTX_CLASSIC}" "${PTX_INCLUDES}" "${PTX_OPTIONS}")
     # Folders of a project may have sources of equal names.
     string(SHA1 hash "${ptx}")
     string(SUBSTRING "${hash}" 0 8 hash)
@@ -42,7 +47,7 @@ function(optix_compile_ptx variable source)
 endfunction()
 
 function(optix_embed_device_code target source)
-    cmake_parse_arguments(EMBED "" "NAME" "INCLUDES;OPTIONS" ${ARGN})
+    cmake_parse_arguments(EMBED "CLASSIC" "NAME" "INCLUDES;OPTIONS" ${ARGN})
     get_filename_component(symbol "${source}" NAME_WE)
     set(symbol "${symbol}_ptx")
     if(EMBED_NAME)
@@ -52,7 +57,8 @@ function(optix_embed_device_code target source)
     set(folder "${CMAKE_CURRENT_BINARY_DIR}/optix_device_code/${target}")
     file(MAKE_DIRECTORY "${folder}")
     set(ptx "${folder}/${symbol}.ptx")
-    optix_add_ptx_rule("${ptx}" "${symbol}" "${source}" "${EMBED_INCLUDES}" "${EMBED_OPTIONS}")
+    optix_add_ptx_rule("${ptx}" "${symbol}" "${source}" "${EMBED_CLASSIC}" "${EMBED_INCLUDES}"
+        "${EMBED_OPTIONS}")
     file(CONFIGURE OUTPUT "${folder}/${symbol}.h" @ONLY CONTENT
 "#pragma once
 #ifdef __cplusplus

@@ -74,14 +74,15 @@ install(FILES ${PROJECT_BINARY_DIR}/package/OptiXConfig.cmake
     DESTINATION ${package_folder} COMPONENT sdk)
 
 # pkg-config: paths relative to the files, so that an installation may be moved.
-set(pkg_config_optix "OptiX headers;${SUNSTONE_OPTIX_VERSION};-I\${prefix}/optix7/include -I\${prefix}/include/sunstone/cuda;-ldl")
+set(pkg_config_optix "OptiX 7.4 headers;${SUNSTONE_OPTIX_VERSION};-I\${prefix}/optix7/include -I\${prefix}/include/sunstone/cuda;-ldl")
+set(pkg_config_optix76 "OptiX 7.6 headers;${SUNSTONE_OPTIX76_VERSION};-I\${prefix}/optix7.6/include -I\${prefix}/include/sunstone/cuda;-ldl")
 set(pkg_config_optix6 "the classic OptiX API;6.0.0;-I\${prefix}/optix6/include -I\${prefix}/include/sunstone/cuda;-L\${prefix}/lib -loptix -loptixu")
 set(pkg_config_optix_prime "OptiX Prime;6.0.0;-I\${prefix}/optix6/include -I\${prefix}/include/sunstone/cuda;-L\${prefix}/lib -loptix_prime")
 set(pkg_config_sunstone_rays "ray queries without programs;${PROJECT_VERSION};-I\${prefix}/include;-L\${prefix}/lib -lsunstone_rays")
 set(pkg_config_cuda "CUDA driver API of the CPU;13.0;-I\${prefix}/include/sunstone/cuda;-L\${libdir} -lcuda")
 set(pkg_config_cudart "CUDA runtime API;13.0;-I\${prefix}/include/sunstone/cuda;-L\${libdir} -lcudart")
 set(pkg_config_nvrtc "Run-time compilation of CUDA C++;13.0;-I\${prefix}/include/sunstone/cuda;-L\${libdir} -lnvrtc")
-foreach(package IN ITEMS optix optix6 optix_prime sunstone_rays cuda cudart nvrtc)
+foreach(package IN ITEMS optix optix76 optix6 optix_prime sunstone_rays cuda cudart nvrtc)
     list(GET pkg_config_${package} 0 about)
     list(GET pkg_config_${package} 1 version)
     list(GET pkg_config_${package} 2 flags)

@@ -1,6 +1,6 @@
 # Packages: the target `packages` makes sunstone_<version>_<architecture>.deb, which installs to /opt/sunstone
 # with a link /usr/bin/sunstone. In a portable build (scripts/portable) it makes sunstone-<version>-<system>.tar.gz.
-# Also the samples, their sources, and what builds them (installed/CMakeLists.txt).
+# Also the samples, their sources and model, and what builds them (installed/CMakeLists.txt).
 if(SUNSTONE_BUILD_SAMPLES)
     get_property(samples GLOBAL PROPERTY SUNSTONE_SAMPLES)
     foreach(sample IN LISTS samples)
@@ -11,6 +11,8 @@ if(SUNSTONE_BUILD_SAMPLES)
 endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples DESTINATION share/sunstone COMPONENT samples)
 install(FILES ${PROJECT_SOURCE_DIR}/cmake/installed/CMakeLists.txt DESTINATION share/sunstone COMPONENT samples)
+install(FILES ${PROJECT_SOURCE_DIR}/assets/demo.glb ${PROJECT_SOURCE_DIR}/assets/demo.LICENSE
+    ${PROJECT_SOURCE_DIR}/assets/README.md DESTINATION share/sunstone/assets COMPONENT samples)
 install(FILES ${PROJECT_SOURCE_DIR}/cmake/samples.cmake ${PROJECT_SOURCE_DIR}/cmake/device_code.cmake
     DESTINATION share/sunstone/cmake COMPONENT samples)
 set(links ${PROJECT_BINARY_DIR}/package/samples)

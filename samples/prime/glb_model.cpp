@@ -50,7 +50,8 @@ public:
     explicit Reader(const std::string& path) {
         std::ifstream file(path, std::ios::binary);
         if (!file)
-            throw std::runtime_error("cannot read " + path);
+            throw std::runtime_error("cannot read " + path +
+                                     "; the first argument names the model, a binary glTF file");
         bytes_.assign(std::istreambuf_iterator<char>(file), {});
         constexpr size_t kHeader = 20;
         if (bytes_.size() < kHeader || std::memcmp(bytes_.data(), "glTF", 4) != 0)
