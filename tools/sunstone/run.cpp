@@ -63,6 +63,38 @@ private:
     std::string path_;
 };
 
+volatile std::sig_atomic_t commandToEnd = 0; // process id
+
+extern "C" void passOn(int signal) {
+    kill(pid_t(commandToEnd), signal);
+}
+
+// Signals that end this process also end the command. They are blocked until the command exists.
+class PassedSignals {
+public:
+    PassedSignals() {
+        sigset_t set;
+        sigemptyset(&set);
+        for (const int signal : kSignals)
+            sigaddset(&set, signal);
+        sigprocmask(SIG_BLOCK, &set, &before_);
+    }
+    void unblock() const { sigprocmask(SIG_SETMASK, &before_, nullptr); }
+    void passTo(pid_t command) const {
+        commandToEnd = command;
+        for (const int signal : kSignals) {
+            struct sigaction action = {};
+            if (sigaction(signal, nullptr, &action) == 0 && action.sa_handler != SIG_IGN)
+                std::signal(signal, passOn);
+        }
+        unblock();
+    }
+
+private:
+    static constexpr int kSignals[] = {SIGTERM, SIGHUP};
+    sigset_t before_ = {};
+};
+
 int runChecked(const RunOptions& options) {
     const ReportFile report;
     std::string what = "memory";
@@ -72,10 +104,12 @@ int runChecked(const RunOptions& options) {
         what += ",host";
     setenv("SUNSTONE_CHECK", what.c_str(), 1);
     setenv("SUNSTONE_CHECK_REPORT", report.path().c_str(), 1);
+    const PassedSignals signals;
     const pid_t child = fork();
     if (child < 0)
         throw std::runtime_error(std::string("run: fork: ") + std::strerror(errno));
     if (child == 0) {
+        signals.unblock();
         try {
             start(options.command);
         } catch (const std::exception& error) {
@@ -83,6 +117,7 @@ int runChecked(const RunOptions& options) {
             _exit(127);
         }
     }
+    signals.passTo(child);
     // A terminal sends these signals to both processes, and the command handles them.
     std::signal(SIGINT, SIG_IGN);
     std::signal(SIGQUIT, SIG_IGN);

@@ -127,9 +127,12 @@ public:
     explicit Scene(const SunstoneMesh& mesh) : scene_(NULL) {
         check(sunstoneSceneCreate(&mesh, &scene_));
     }
+    // Without triangles the scene is empty. A SunstoneMesh may have vertices alone.
     Scene(const std::vector<float>& vertices, const std::vector<int32_t>& triangles)
         : scene_(NULL) {
-        const SunstoneMesh mesh = {vertices.data(), vertices.size() / 3, triangles.data(),
+        const int32_t none = 0; // data() of an empty vector may be NULL, which has a meaning
+        const SunstoneMesh mesh = {vertices.data(), vertices.size() / 3,
+                                   triangles.empty() ? &none : triangles.data(),
                                    triangles.size() / 3};
         check(sunstoneSceneCreate(&mesh, &scene_));
     }

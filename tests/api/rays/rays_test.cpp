@@ -228,7 +228,16 @@ TEST(Rays, WrongArguments) {
     EXPECT_EQ(sunstoneSceneCreateInstances(&instance, 1, &nested), SUNSTONE_INVALID_VALUE);
     EXPECT_EQ(sunstoneSceneDestroy(out), SUNSTONE_OK);
     EXPECT_EQ(sunstoneSceneDestroy(out), SUNSTONE_INVALID_HANDLE);
-    EXPECT_THROW(Scene({0, 0, 0, 1}, {}).closest({}), Error) << "four floats are one vertex";
+    const float four[] = {0, 0, 0, 1};
+    EXPECT_THROW(Scene(SunstoneMesh{four, 1, nullptr, 0}), Error) << "one vertex is no triangle";
+}
+
+TEST(Rays, SceneWithoutTriangles) {
+    const std::vector<float> vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const SunstoneRay ray = {{0.2f, 0.2f, 1}, 0, {0, 0, -1}, 10};
+    EXPECT_LT(Scene(vertices, std::vector<int32_t>{}).closest({ray})[0].t, 0);
+    EXPECT_LT(Scene(std::vector<float>{}, std::vector<int32_t>{}).closest({ray})[0].t, 0);
+    EXPECT_EQ(Scene(SunstoneMesh{vertices.data(), 3, nullptr, 0}).closest({ray})[0].t, 1);
 }
 
 #ifdef RAYS_TEST_CUDA
