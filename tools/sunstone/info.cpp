@@ -43,13 +43,14 @@ Json collect() {
     Folders folders = findFolders();
     Json info;
     info["version"] = SUNSTONE_VERSION;
-    info["optix"] = "7.4";
+    info["optix_versions"] = {"7.0", "7.1", "7.2", "7.3", "7.4", "7.5", "7.6"};
+    info["optix_classic_versions"] = {"1", "2", "3", "4", "5", "6"};
     info["processor"] = processorName();
-    info["instruction set"] = bvh::isaName(bvh::chosenIsa());
+    info["instruction_set"] = bvh::isaName(bvh::chosenIsa());
     info["threads"] = cpuLimit().threads;
-    info["threads because of"] = cpuLimit().reason;
-    info["libraries"] = {{"libnvoptix", folders.lib}, {"libcuda, libcudart", folders.cuda}};
-    info["compilers"] = {{"clang++-19", findProgram("clang++-19")}, {"nvcc", findProgram("nvcc")}};
+    info["threads_reason"] = cpuLimit().reason;
+    info["libraries"] = {{"libnvoptix", folders.lib}, {"libcuda", folders.cuda}};
+    info["compilers"] = {{"clang", findProgram("clang++-19")}, {"nvcc", findProgram("nvcc")}};
     info["settings"] = Json::array();
     for (size_t i = 0; i < size_t(Setting::kCount); ++i) {
         const SettingInfo& setting = settingInfo(Setting(i));
@@ -77,15 +78,16 @@ int info(bool json) {
         std::printf("%s\n", info.dump(2).c_str());
         return 0;
     }
-    std::printf("Sunstone %s, OptiX API %s\n", SUNSTONE_VERSION, "7.4");
-    for (const char* key : {"processor", "instruction set"})
-        printRow(key, shown(info[key], ""));
+    std::printf("Sunstone %s, OptiX 7.0 to 7.6, classic API (OptiX 1 to 6)\n", SUNSTONE_VERSION);
+    printRow("processor", shown(info["processor"], ""));
+    printRow("instruction set", shown(info["instruction_set"], ""));
     printRow("threads", shown(info["threads"], "") + " (" + cpuLimit().reason + ")");
-    for (const char* group : {"libraries", "compilers"}) {
-        std::printf("%s:\n", group);
-        for (const auto& [name, value] : info[group].items())
-            printRow(name, shown(value, "not found"));
-    }
+    std::printf("libraries:\n");
+    printRow("libnvoptix", shown(info["libraries"]["libnvoptix"], "not found"));
+    printRow("libcuda, libcudart", shown(info["libraries"]["libcuda"], "not found"));
+    std::printf("compilers:\n");
+    printRow("clang++-19", shown(info["compilers"]["clang"], "not found"));
+    printRow("nvcc", shown(info["compilers"]["nvcc"], "not found"));
     std::printf("settings (environment variables):\n");
     for (const Json& setting : info["settings"])
         std::printf("  %-20s %-10s %s\n", shown(setting["variable"], "").c_str(),
