@@ -143,8 +143,18 @@ TEST_F(ModelTest, TrianglesThatAreNotFiniteAreDropped) {
         EXPECT_TRUE(std::isfinite(position.x + position.y + position.z));
 }
 
+TEST_F(ModelTest, ObjCoordinatesThatAreNoNumbers) {
+    for (const char* word : {"nan", "-inf", "Infinity", "1e19"}) {
+        const Model model = loadText("n.obj", std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\n v\t") +
+                                                  word + " 0 0\r\nf 1 2 3\nf 2 3 4\n");
+        EXPECT_EQ(model.triangles.size(), 1u) << word;
+        EXPECT_EQ(model.skippedTriangles, 1u) << word;
+    }
+    EXPECT_CONTAINS(fault("x.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "within 1e18");
+}
+
 TEST_F(ModelTest, ObjWithMaterials) {
-    write("m.mtl", "newmtl red\nKd 1 0 0\nPr 0.25\n");
+    write("m.mtl", "newmtl red\nKd 1 0 0\nKe 8 4 0.5\nPr 0.25\n");
     Model model = loadText("m.obj", "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
                                     "usemtl red\nf 1 2 3 4\n");
     ASSERT_EQ(model.triangles.size(), 2u);
@@ -152,6 +162,8 @@ TEST_F(ModelTest, ObjWithMaterials) {
     EXPECT_FLOAT_EQ(material.color.x, 1.0f);
     EXPECT_FLOAT_EQ(material.color.y, 0.0f);
     EXPECT_FLOAT_EQ(material.roughness, 0.25f);
+    EXPECT_FLOAT_EQ(material.emission.x, 8.0f);
+    EXPECT_FLOAT_EQ(material.emission.y, 4.0f);
 }
 
 // Two squares meeting at a right angle: the edge between them stays sharp; at a shallow angle it is
@@ -172,6 +184,9 @@ TEST_F(ModelTest, MissingNormalsKeepCreases) {
 
 TEST_F(ModelTest, ObjFaults) {
     EXPECT_CONTAINS(fault("1.obj", "v 0 0 0\nv 1 0 0\nf 1 2 99\n"), "refers to vertex");
+    for (const char* number : {"4000000000", "-4000000000", "99999999999999999999"})
+        EXPECT_CONTAINS(fault("9.obj", std::string("v 0 0 0\nv 1 0 0\nf 1/1 2 ") + number + "/3\n"),
+                        std::string("refers to vertex ") + number + " of 2");
     fault("2.obj", "v 0 0 0\nf 0 0 0\n");
     EXPECT_CONTAINS(fault("3.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), "no triangles");
     EXPECT_CONTAINS(fault("4.obj", std::string("\x7f"

@@ -95,7 +95,7 @@ void finish(Model& model) {
             material.texture = -1;
     dropBadTriangles(model);
     if (model.triangles.empty())
-        throw ModelError("holds no triangle with finite coordinates");
+        throw ModelError("holds no triangle whose coordinates are within 1e18");
     // Unused vertices may still have any value.
     for (Vec3& position : model.positions)
         if (!isFinite(position))

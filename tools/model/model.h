@@ -60,7 +60,7 @@ struct Model {
     std::vector<Texture> textures;
     std::vector<std::string>
         missing;                 // unusable files that the model names, with causes
-    size_t skippedTriangles = 0; // dropped for a position that is not finite
+    size_t skippedTriangles = 0; // dropped for a coordinate that is no number or beyond 1e18
 };
 
 // A file that cannot be used; the text names the file and the cause.

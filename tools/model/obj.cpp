@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <unordered_map>
@@ -81,16 +84,67 @@ private:
     std::unordered_map<Corner, uint32_t, CornerHash> numbers_;
 };
 
+// What tinyobjloader does not report: it reads coordinates that are no numbers (nan, inf) as 0, and
+// numbers of vertices beyond 32 bits as other numbers.
+struct Oddities {
+    std::vector<size_t> notNumbers; // vertices with such coordinates
+    size_t vertices = 0;
+    std::string tooLarge; // the first such number of a face
+};
+
+void examineVertex(std::istringstream& words, Oddities& found) {
+    std::string word;
+    for (int i = 0; i < 3 && words >> word; ++i) {
+        const char first = word[word[0] == '-' || word[0] == '+' ? 1 : 0];
+        if (std::isalpha(static_cast<unsigned char>(first))) {
+            found.notNumbers.push_back(found.vertices);
+            break;
+        }
+    }
+    ++found.vertices;
+}
+
+void examineFace(std::istringstream& words, Oddities& found) {
+    constexpr size_t kDigits = 9; // of any number that 32 bits hold
+    std::string word;
+    while (found.tooLarge.empty() && words >> word) {
+        const std::string number = word.substr(0, word.find('/'));
+        if (number.size() > kDigits && std::abs(std::atof(number.c_str())) > double(INT32_MAX))
+            found.tooLarge = number;
+    }
+}
+
+Oddities examine(const std::string& text) {
+    Oddities found;
+    for (size_t begin = 0; begin < text.size();) {
+        const size_t end = std::min(text.find_first_of("\r\n", begin), text.size());
+        const size_t first = std::min(text.find_first_not_of(" \t", begin), end);
+        if (first + 1 < end && (text[first + 1] == ' ' || text[first + 1] == '\t') &&
+            (text[first] == 'v' || text[first] == 'f')) {
+            std::istringstream words(text.substr(first + 2, end - first - 2));
+            text[first] == 'v' ? examineVertex(words, found) : examineFace(words, found);
+        }
+        begin = end + 1;
+    }
+    return found;
+}
+
 float clampUnit(float value) {
     return value > 0.0f ? std::min(value, 1.0f) : 0.0f;
+}
+
+// Light may be brighter than 1. The limit keeps sums of light finite.
+float clampLight(float value) {
+    constexpr float kBrightest = 1e6f;
+    return value > 0.0f ? std::min(value, kBrightest) : 0.0f;
 }
 
 Material convert(const tinyobj::material_t& source) {
     Material material;
     material.color = {clampUnit(source.diffuse[0]), clampUnit(source.diffuse[1]),
                       clampUnit(source.diffuse[2])};
-    material.emission = {clampUnit(source.emission[0]), clampUnit(source.emission[1]),
-                         clampUnit(source.emission[2])};
+    material.emission = {clampLight(source.emission[0]), clampLight(source.emission[1]),
+                         clampLight(source.emission[2])};
     material.metallic = clampUnit(source.metallic);
     if (source.roughness > 0.0f)
         material.roughness = clampUnit(source.roughness);
@@ -174,6 +228,10 @@ private:
 
 Model loadObj(const std::string& path) {
     std::istringstream text(readFile(path));
+    const Oddities oddities = examine(text.str());
+    if (!oddities.tooLarge.empty())
+        throw ModelError("a face refers to vertex " + oddities.tooLarge + " of " +
+                         std::to_string(oddities.vertices));
     std::string folder = std::filesystem::path(path).parent_path().string();
     Model model;
     MaterialFiles materialReader(model, folder);
@@ -186,6 +244,10 @@ Model loadObj(const std::string& path) {
         error.resize(std::min(error.find('\n'), error.size()));
         throw ModelError(error.empty() ? "is not an OBJ file" : error);
     }
+
+    for (const size_t vertex : oddities.notNumbers) // finish() drops the triangles
+        if (3 * vertex < attributes.vertices.size())
+            attributes.vertices[3 * vertex] = std::numeric_limits<float>::quiet_NaN();
 
     Textures textures(model, folder);
     for (const tinyobj::material_t& material : materials) {

@@ -90,6 +90,11 @@ struct Result {
     bool ok = false;
 };
 
+bool hasVariable(const ptx::Module& module, const std::string& name) {
+    return std::any_of(module.variables.begin(), module.variables.end(),
+                       [&](const ptx::Variable& variable) { return variable.name == name; });
+}
+
 Result examine(const std::string& text, const CheckOptions& options) {
     Result result;
     ptx::Diagnostics diagnostics;
@@ -108,6 +113,10 @@ Result examine(const std::string& text, const CheckOptions& options) {
     try {
         result.summary = compiler::inspect(*result.module, rules, moduleRules);
         result.ok = true;
+        if (options.launchParams != CheckOptions().launchParams &&
+            !hasVariable(*result.module, options.launchParams))
+            result.faults.push_back(
+                {"warning", {}, message("there is no variable \"", options.launchParams, "\"")});
         for (const ptx::Function* function : compiler::undefinedFunctions(*result.module))
             result.faults.push_back(
                 {"warning", function->location,

@@ -6,11 +6,22 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 using namespace sunstone::tool;
 
 namespace {
+
+// CLI::Range accepts nan.
+const CLI::Validator kFinite(
+    [](std::string& text) {
+        return std::isfinite(std::strtof(text.c_str(), nullptr))
+                   ? std::string()
+                   : "value " + text + " must be a finite number";
+    },
+    "");
 
 void addRender(CLI::App& app, RenderOptions& options) {
     app.add_option("model", options.model, "model: .obj, .gltf, .glb or .ply")->required();
@@ -29,18 +40,25 @@ void addRender(CLI::App& app, RenderOptions& options) {
         ->check(CLI::Range(0, 64))
         ->capture_default_str();
     app.add_option("--azimuth", options.azimuth, "camera's direction around the model, degrees")
+        ->check(kFinite)
         ->check(CLI::Range(-360.0, 360.0))
         ->capture_default_str();
     app.add_option("--elevation", options.elevation, "camera's height above the horizon, degrees")
+        ->check(kFinite)
         ->check(CLI::Range(-89.0, 89.0))
         ->capture_default_str();
     app.add_option("--zoom", options.zoom, "above 1: nearer")
+        ->check(kFinite)
         ->check(CLI::Range(0.01, 100.0))
         ->capture_default_str();
-    app.add_option("--camera", options.eye, "camera's position: X Y Z")->expected(3);
+    app.add_option("--camera", options.eye, "camera's position: X Y Z")
+        ->check(kFinite)
+        ->expected(3);
     app.add_option("--look-at", options.lookAt, "point in the middle of the picture: X Y Z")
+        ->check(kFinite)
         ->expected(3);
     app.add_option("--fov", options.fov, "vertical angle of view for --camera, degrees")
+        ->check(kFinite)
         ->check(CLI::Range(1.0, 170.0))
         ->capture_default_str();
     app.add_flag("!--no-ground", options.ground, "no floor under the model");
@@ -81,11 +99,18 @@ int firstOfCommand(int argc, char** argv) {
     return std::min(i, argc);
 }
 
-// CLI11 does not report unknown commands, because it first reports a missing command.
+// CLI11 does not report unknown commands and options, because it first reports a missing command.
 bool isUnknownCommand(const CLI::App& app, int argc, char** argv) {
-    if (argc < 2 || argv[1][0] == '-')
+    if (argc < 2)
         return false;
     const std::string word = argv[1];
+    if (word.starts_with("-")) {
+        if (app.get_option_no_throw(word))
+            return false;
+        std::fprintf(stderr, "sunstone: there is no option '%s' (see sunstone --help)\n",
+                     word.c_str());
+        return true;
+    }
     std::string known;
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
         if (command->get_name() == word)

@@ -120,7 +120,8 @@ int render(const RenderOptions& options) {
     std::fprintf(stderr, "%s: %zu triangles, %zu materials (%.1f s)\n", options.model.c_str(),
                  source.triangles.size(), source.materials.size(), secondsSince(start));
     if (source.skippedTriangles != 0)
-        std::fprintf(stderr, "skipped %zu triangles that are not finite\n",
+        std::fprintf(stderr,
+                     "skipped %zu triangles with coordinates that are no numbers or beyond 1e18\n",
                      source.skippedTriangles);
     for (const std::string& file : source.missing)
         std::fprintf(stderr, "%s: %s; rendered without it\n", options.model.c_str(), file.c_str());
