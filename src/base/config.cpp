@@ -3,6 +3,7 @@
 #include "base/config.h"
 
 #include "base/log.h"
+#include "base/log_areas.h"
 
 #include <algorithm>
 #include <array>

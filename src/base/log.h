@@ -12,11 +12,6 @@ namespace sunstone {
 // Values 1 to 4 are the levels of the OptiX log callback.
 enum class LogLevel : unsigned { kOff = 0, kFatal = 1, kError = 2, kWarning = 3, kInfo = 4, kDebug = 5 };
 
-// The areas of all lines. tests/rules/areas.cmake compares the list with the calls.
-inline constexpr std::string_view kLogAreas[] = {"base",   "bvh",   "compiler", "cuda",   "device",
-                                                 "engine", "nvrtc", "optix6",   "optix7", "optixu",
-                                                 "prime",  "rays",  "texture"};
-
 // Whether a line of this level and area would be printed. Call it before building a costly line.
 bool logEnabled(LogLevel level, std::string_view area);
 

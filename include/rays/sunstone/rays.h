@@ -8,8 +8,8 @@
        sunstoneSceneDestroy(scene);
 
    Arrays are in memory of the host, or of the CUDA device of the scene. A scene whose vertices are
-    in device memory is on that device. All other scenes are on the CPU. Calls return when their
-    work is done. All functions are thread-safe, and queries on one scene may run at once. */
+   in device memory is on that device. All other scenes are on the CPU. Calls return when their
+   work is done. All functions are thread-safe, and queries on one scene may run at once. */
 #ifndef SUNSTONE_RAYS_H
 #define SUNSTONE_RAYS_H
 
