@@ -18,8 +18,25 @@ static __forceinline__ __device__ unsigned outer(unsigned first)
     return square(kept) + kept; // line 18
 }
 
+// Two functions of one name.
+struct Less {
+    unsigned taken;
+    __forceinline__ __device__ unsigned operator()(unsigned from) const
+    {
+        return from - taken;
+    }
+};
+struct More {
+    unsigned added;
+    __forceinline__ __device__ unsigned operator()(unsigned to) const
+    {
+        return to + added; // line 33
+    }
+};
+
 extern "C" __global__ void __raygen__debug()
 {
     const unsigned index = optixGetLaunchIndex().x;
-    params.out[index] = outer(index); // line 24
+    const unsigned kept = outer(index); // line 40
+    params.out[index] = More{5}(Less{5}(kept));
 }

@@ -12,4 +12,9 @@ print first
 up
 print index
 delete
+break inlined.cu:33
+continue
+print to
+print this->added
+delete
 continue

@@ -116,8 +116,8 @@ void DebugInfo::describeLaunchParams(const ptx::Module& module, llvm::DISubprogr
 }
 
 llvm::DISubprogram* DebugInfo::inlinedFunction(const ptx::Module& module, const std::string& name,
-                                               uint32_t file, uint32_t line) {
-    llvm::DISubprogram*& function = modules_[&module].inlined[{name, file}];
+                                               uint32_t file, uint32_t line, uint32_t origin) {
+    llvm::DISubprogram*& function = modules_[&module].inlined[{name, file, origin}];
     if (!function) {
         llvm::DIFile* place = this->file(module, file);
         function = builder_.createFunction(
@@ -142,7 +142,7 @@ DebugInfo::InlinedScope DebugInfo::inlinedScope(const ptx::Module& module, uint3
         const std::string symbol = debugString(module, call.name, call.nameOffset);
         name->second = symbol.empty() ? "inlined function" : baseName(symbol);
     }
-    scope.function = inlinedFunction(module, name->second, within.file, within.line);
+    scope.function = inlinedFunction(module, name->second, within.file, within.line, 0);
     llvm::DILocalScope* outer = function;
     llvm::DILocation* outerAt = nullptr;
     if (call.within) {
@@ -267,7 +267,7 @@ void FunctionDebug::addVariable(const DwarfVariable& from, Scope parent, unsigne
     Variable made;
     if (auto* function = llvm::dyn_cast<llvm::DISubprogram>(parent.scope);
         function && parent.inlinedAt) {
-        llvm::DILocalVariable*& known = info_.inlinedVariable(function, from.name, from.line);
+        llvm::DILocalVariable*& known = info_.inlinedVariable(function, from);
         if (!known)
             known = create();
         made.variable = known;
@@ -293,9 +293,10 @@ FunctionDebug::Scope FunctionDebug::enterInlined(const DwarfInlined& inlined, Sc
         if (llvm::DIFile* file = info_.file(module_, inlined.callFile);
             file != parent.scope->getFile())
             parent.scope = info_.builder().createLexicalBlockFile(parent.scope, file);
-    return {info_.inlinedFunction(module_, inlined.name, inlined.file, inlined.line),
-            llvm::DILocation::getDistinct(context, inlined.callLine, inlined.callColumn,
-                                          parent.scope, parent.inlinedAt)};
+    return {
+        info_.inlinedFunction(module_, inlined.name, inlined.file, inlined.line, inlined.origin),
+        llvm::DILocation::getDistinct(context, inlined.callLine, inlined.callColumn, parent.scope,
+                                      parent.inlinedAt)};
 }
 
 void FunctionDebug::addScope(const DwarfScope& scope, Scope parent, unsigned& parameters) {
@@ -303,9 +304,10 @@ void FunctionDebug::addScope(const DwarfScope& scope, Scope parent, unsigned& pa
         addVariable(variable, parent, parameters);
     for (const DwarfScope& inner : scope.scopes) {
         Scope entered = parent;
-        unsigned own = 0;
+        unsigned* counted = &parameters;
         if (inner.inlined) {
             entered = enterInlined(*inner.inlined, parent);
+            counted = &info_.inlinedParameters(entered.scope->getSubprogram());
         } else {
             const DwarfVariable* first = inner.variables.empty() ? nullptr : &inner.variables[0];
             const uint32_t line = first ? first->line : parent.scope->getSubprogram()->getLine();
@@ -317,7 +319,7 @@ void FunctionDebug::addScope(const DwarfScope& scope, Scope parent, unsigned& pa
             begins_[begin].push_back(entered);
             ends_[end].push_back(entered);
         }
-        addScope(inner, entered, inner.inlined ? own : parameters);
+        addScope(inner, entered, *counted);
     }
 }
 

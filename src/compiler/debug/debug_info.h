@@ -34,9 +34,10 @@ public:
     // Null unless the level is FULL and the module describes the function.
     const DwarfFunction* variablesOf(const ptx::Module& module, const ptx::Function& source);
     llvm::DIType* type(const ptx::Module& module, uint32_t key);
-    // The description of a function that exists only inlined, shared by all its calls.
+    // The description of a function that exists only inlined, shared by all its calls. `origin`
+    // tells functions of one name apart (DwarfInlined).
     llvm::DISubprogram* inlinedFunction(const ptx::Module& module, const std::string& name,
-                                        uint32_t file, uint32_t line);
+                                        uint32_t file, uint32_t line, uint32_t origin);
     const InlinedCalls& inlinedCalls(const ptx::Module& module);
     // The inlined call with this number (inlined_calls.h): its function, and its place within
     // `function`, which contains the instruction.
@@ -47,9 +48,14 @@ public:
     InlinedScope inlinedScope(const ptx::Module& module, uint32_t number,
                               const ptx::SourcePosition& within, llvm::DISubprogram* function);
     // The description of a variable of an inlined function, shared by all its calls.
-    llvm::DILocalVariable*& inlinedVariable(llvm::DISubprogram* function, const std::string& name,
-                                            uint32_t line) {
-        return inlinedVariables_[{function, name, line}];
+    llvm::DILocalVariable*& inlinedVariable(llvm::DISubprogram* function,
+                                            const DwarfVariable& from) {
+        return inlinedVariables_[{function, from.name, from.line, from.origin}];
+    }
+    // The parameters of an inlined function that have a description. Calls may list different
+    // parameters, and LLVM fails if two parameters have one number.
+    unsigned& inlinedParameters(llvm::DISubprogram* function) {
+        return inlinedParameters_[function];
     }
     // Makes the local variable that stands for the launch parameters in a function, if the module
     // describes them.
@@ -66,7 +72,8 @@ private:
     struct ModuleInfo {
         std::map<uint32_t, llvm::DIFile*> files;
         std::map<uint32_t, llvm::DIType*> types;
-        std::map<std::pair<std::string, uint32_t>, llvm::DISubprogram*> inlined; // by name and file
+        // By name, file and origin.
+        std::map<std::tuple<std::string, uint32_t, uint32_t>, llvm::DISubprogram*> inlined;
         std::map<uint32_t, std::string> inlinedNames; // by number of the call
         std::optional<DwarfInfo> dwarf;
         std::optional<InlinedCalls> calls;
@@ -80,8 +87,10 @@ private:
     std::map<const ptx::Module*, ModuleInfo> modules_;
     // Calls by number, in the function that contains their code.
     std::map<std::pair<llvm::DISubprogram*, uint32_t>, InlinedScope> inlinedScopes_;
-    std::map<std::tuple<llvm::DISubprogram*, std::string, uint32_t>, llvm::DILocalVariable*>
-        inlinedVariables_;
+    std::map<std::tuple<llvm::DISubprogram*, std::string, uint32_t, uint32_t>,
+             llvm::DILocalVariable*>
+        inlinedVariables_; // by function, name, line and origin
+    std::map<llvm::DISubprogram*, unsigned> inlinedParameters_;
     std::map<llvm::DISubprogram*, llvm::DILocalVariable*> launchParams_;
 };
 

@@ -254,6 +254,118 @@ TEST(Dwarf, NonsenseDoesNoHarm) {
     }
 }
 
+// Two functions with the name "call" in one file, as overloads and call operators have. The first
+// call lists only one of the function's parameters.
+TEST(Dwarf, InlinedFunctionsOfOneName) {
+    const std::string text = std::string(kHeader) + R"(
+.file 1 "/src/shade.cu"
+.visible .entry __miss__a()
+{
+.local .align 8 .b8 __local_depot0[16];
+.reg .b32 %r<4>; .reg .b64 %SP;
+.loc 1 42 9
+$L__0: mov.u64 %SP, __local_depot0;
+.loc 1 2 1
+$L__1: call (%r1), _optix_get_launch_index_x, (); st.volatile.u32 [%SP], %r1;
+$L__2: call (%r2), _optix_get_launch_index_y, (); st.volatile.u32 [%SP], %r2;
+.loc 1 3 1
+$L__3: call (%r3), _optix_get_launch_index_z, (); st.volatile.u32 [%SP], %r3;
+.loc 1 43 3
+$L__4: ret;
+$L__5:
+}
+.section .debug_abbrev
+{
+.b8 1, 17, 1, 0, 0
+.b8 2, 46, 1, 3, 8, 58, 11, 59, 11, 0, 0 // function: name, file, line
+.b8 3, 5, 0, 3, 8, 59, 11, 73, 19, 0, 0 // parameter: name, line, type
+.b8 4, 36, 0, 3, 8, 62, 11, 11, 11, 0, 0 // type: name, encoding, size
+.b8 5, 46, 1, 3, 8, 17, 1, 18, 1, 0, 0 // function: name, begin, end
+.b8 6, 29, 1, 49, 19, 17, 1, 18, 1, 88, 11, 89, 11, 0, 0 // call: function, begin, end, file, line
+.b8 7, 5, 0, 2, 10, 49, 19, 0, 0 // parameter: place, declaration
+.b8 0
+}
+.section .debug_info
+{
+.b32 247 // length
+.b8 2, 0
+.b32 .debug_abbrev
+.b8 8
+.b8 1
+.b8 4, 105, 110, 116, 0, 5, 4 // int at 12
+.b8 2, 99, 97, 108, 108, 0, 1, 2 // call at 19
+.b8 3, 116, 104, 105, 115, 0, 0 // this at 27
+.b32 12
+.b8 3, 97, 0, 2 // a at 38
+.b32 12
+.b8 0
+.b8 2, 99, 97, 108, 108, 0, 1, 3 // call at 47
+.b8 3, 116, 104, 105, 115, 0, 0 // this at 55
+.b32 12
+.b8 3, 98, 0, 3 // b at 66
+.b32 12
+.b8 0
+.b8 5, 95, 95, 109, 105, 115, 115, 95, 95, 97, 0
+.b64 $L__0
+.b64 $L__5
+.b8 6
+.b32 19
+.b64 $L__1
+.b64 $L__2
+.b8 1, 42
+.b8 7, 9, 3
+.b64 __local_depot0
+.b32 38
+.b8 0
+.b8 6
+.b32 19
+.b64 $L__2
+.b64 $L__3
+.b8 1, 42
+.b8 7, 9, 3
+.b64 __local_depot0
+.b32 27
+.b8 7, 9, 3
+.b64 __local_depot0
+.b32 38
+.b8 0
+.b8 6
+.b32 47
+.b64 $L__3
+.b64 $L__4
+.b8 1, 42
+.b8 7, 9, 3
+.b64 __local_depot0
+.b32 55
+.b8 7, 9, 3
+.b64 __local_depot0
+.b32 66
+.b8 0
+.b8 0
+.b8 0
+}
+)";
+    const DwarfInfo info = readDwarf(*parse(text));
+    ASSERT_EQ(1u, info.functions.count("__miss__a"));
+    const std::vector<DwarfScope>& calls = info.functions.at("__miss__a").scope.scopes;
+    ASSERT_EQ(3u, calls.size());
+    std::vector<std::string> parameters;
+    for (const DwarfScope& call : calls) {
+        ASSERT_TRUE(call.inlined);
+        EXPECT_EQ("call", call.inlined->name);
+        for (const DwarfVariable& variable : call.variables)
+            parameters.push_back(variable.name);
+    }
+    EXPECT_EQ((std::vector<std::string>{"a", "this", "a", "this", "b"}), parameters);
+    EXPECT_EQ(calls[0].inlined->origin, calls[1].inlined->origin);
+    EXPECT_NE(calls[0].inlined->origin, calls[2].inlined->origin);
+    for (const OptLevel opt : {OptLevel::k0, OptLevel::k3}) {
+        const std::vector<unsigned> lines = linesOf(*compile(text, DebugLevel::kFull, opt), 256);
+        for (const unsigned line : {2u, 3u})
+            EXPECT_NE(lines.end(), std::find(lines.begin(), lines.end(), line)) << unsigned(opt);
+    }
+}
+
 // A function with two references to its own definition: missing attributes are searched twice at
 // every step.
 TEST(Dwarf, EntriesThatLeadToThemselvesEnd) {

@@ -512,6 +512,7 @@ private:
         inlined.name = inheritedText(entry, kName);
         inlined.line = uint32_t(inheritedNumber(entry, kDeclLine));
         inlined.file = uint32_t(inheritedNumber(entry, kDeclFile));
+        inlined.origin = uint32_t(entry.number(kAbstractOrigin));
         inlined.callLine = uint32_t(entry.number(kCallLine));
         inlined.callFile = uint32_t(entry.number(kCallFile));
         inlined.callColumn = uint32_t(entry.number(kCallColumn));
@@ -547,6 +548,7 @@ private:
         variable.name = inheritedText(entry, kName);
         variable.line = uint32_t(inheritedNumber(entry, kDeclLine));
         variable.file = uint32_t(inheritedNumber(entry, kDeclFile));
+        variable.origin = uint32_t(entry.number(kAbstractOrigin));
         variable.type = uint32_t(inheritedNumber(entry, kType));
         variable.isParameter = entry.tag == kTagParameter;
         const Value* location = entry.find(kLocation);

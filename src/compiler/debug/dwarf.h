@@ -60,6 +60,7 @@ struct DwarfPlace {
 struct DwarfVariable {
     std::string name;
     uint32_t line = 0, file = 0;
+    uint32_t origin = 0; // identifies a variable of an inlined function; 0: unknown
     uint32_t type = 0;
     bool isParameter = false;
     std::vector<DwarfPlace> places;
@@ -69,6 +70,7 @@ struct DwarfVariable {
 struct DwarfInlined {
     std::string name; // in the source
     uint32_t line = 0, file = 0;
+    uint32_t origin = 0; // identifies the function; 0: unknown
     uint32_t callLine = 0, callFile = 0, callColumn = 0;
 };
 
