@@ -71,10 +71,10 @@ protected:
         }
         return std::make_unique<Accel>(buildAccel(context_, log_, {input}, options, {}));
     }
-    bool isHit(const Accel& accel) {
+    bool isHit(const Accel& accel) { return isHit(accel.handle); }
+    bool isHit(OptixTraversableHandle handle) {
         Buffer results(16);
-        rig_->run(RecursionParams{accel.handle, results.as<unsigned long long>(), 1, 0, nullptr},
-                  1);
+        rig_->run(RecursionParams{handle, results.as<unsigned long long>(), 1, 0, nullptr}, 1);
         const auto value = results.as<unsigned long long>()[0];
         EXPECT_TRUE(value == 1 || value == 7) << value; // hit, miss
         return value == 1;
@@ -103,6 +103,31 @@ TEST_F(GpuNarrowCode, FollowsTheTraversables) {
     loads = 0;
     EXPECT_TRUE(isHit(*moving));
     EXPECT_TRUE(isHit(instances));
+    EXPECT_EQ(0u, loads) << "for all that the pipeline declares";
+}
+
+TEST_F(GpuNarrowCode, TransformsMoveWithoutMotionKeys) {
+    const auto far = wall(20);
+    Buffer memory(sizeof(OptixMatrixMotionTransform), 64);
+    auto& transform = *memory.as<OptixMatrixMotionTransform>();
+    transform = {};
+    transform.child = far->handle;
+    transform.motionOptions = {2, 0, 0, 1};
+    const Matrix nearer = translation(0, 0, -18);
+    for (auto& key : transform.transform)
+        std::copy(nearer.begin(), nearer.end(), key);
+    OptixTraversableHandle handle = 0;
+    ASSERT_OK(optixConvertPointerToTraversableHandle(
+        context_, memory.address(), OPTIX_TRAVERSABLE_TYPE_MATRIX_MOTION_TRANSFORM, &handle));
+    makePipeline(OPTIX_TRAVERSABLE_GRAPH_FLAG_ALLOW_ANY, true);
+    loads = 0;
+    EXPECT_TRUE(isHit(handle));
+    EXPECT_FALSE(isHit(*far));
+    EXPECT_EQ(1u, loads) << "without motion keys";
+    const auto moving = wall(1, true);
+    loads = 0;
+    EXPECT_TRUE(isHit(*moving));
+    EXPECT_TRUE(isHit(handle));
     EXPECT_EQ(0u, loads) << "for all that the pipeline declares";
 }
 

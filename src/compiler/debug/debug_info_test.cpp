@@ -256,8 +256,7 @@ TEST(Dwarf, NonsenseDoesNoHarm) {
 
 // Two functions with the name "call" in one file, as overloads and call operators have. The first
 // call lists only one of the function's parameters.
-TEST(Dwarf, InlinedFunctionsOfOneName) {
-    const std::string text = std::string(kHeader) + R"(
+const char* const kCalls = R"(
 .file 1 "/src/shade.cu"
 .visible .entry __miss__a()
 {
@@ -345,6 +344,9 @@ $L__5:
 .b8 0
 }
 )";
+
+TEST(Dwarf, InlinedFunctionsOfOneName) {
+    const std::string text = std::string(kHeader) + kCalls;
     const DwarfInfo info = readDwarf(*parse(text));
     ASSERT_EQ(1u, info.functions.count("__miss__a"));
     const std::vector<DwarfScope>& calls = info.functions.at("__miss__a").scope.scopes;

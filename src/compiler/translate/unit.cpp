@@ -364,7 +364,10 @@ llvm::Constant* Unit::variable(const ptx::Module& from, std::string_view name,
         return addVariable(from, *variable);
     if (!definition || !definition->variable)
         failAt(ErrorCode::kLinkError, location, "variable \"", name,
-               "\" is extern, but no module of the program defines it");
+               "\" is extern, but no module of the program defines it",
+               rules_.launchParams.empty()
+                   ? std::string()
+                   : message("; the launch parameters are \"", rules_.launchParams, "\""));
     return addVariable(*definition->module, *definition->variable);
 }
 
