@@ -90,13 +90,18 @@ private:
     void addMachineCodeOfWhole(compiler::GpuCode& code,
                                const compiler::GpuPipelineRequest& request);
     bool addMachineCode(compiler::GpuCode& code, const compiler::GpuPipelineRequest& request);
+    // Queues the compilation; before it, in the same job, `sooner` runs unless it is empty.
     std::shared_ptr<const GpuLaterCode> compileLater(const compiler::GpuPipelineRequest& request,
-                                                     compiler::ObjectStore* store, bool isNarrow);
+                                                     compiler::ObjectStore* store, bool isNarrow,
+                                                     std::function<void()> sooner = {});
+    void compileInto(GpuLaterCode& later, const compiler::GpuPipelineRequest& request,
+                     compiler::ObjectStore* store, bool isNarrow);
     void makeReadyKernelLater(const compiler::GpuPipelineRequest& request,
                               compiler::ObjectStore* store);
     LoadedGpuCodes::Entry loadMachineCode(compiler::GpuCode code);
-    // Called with ready code before the compilation of the whole pipeline is queued.
-    using BeforeWhole = std::function<void(const compiler::GpuCode&)>;
+    // Gets the ready code; returns what runs before the compilation of the whole pipeline, or an
+    // empty function.
+    using BeforeWhole = std::function<std::function<void()>(const compiler::GpuCode&)>;
     LoadedGpuCodes::Entry obtainReadyCode(const compiler::GpuPipelineRequest& request,
                                           compiler::ObjectStore* store,
                                           const BeforeWhole& beforeWhole);

@@ -204,29 +204,35 @@ bool GpuBackend::addMachineCode(compiler::GpuCode& code,
 }
 
 std::shared_ptr<const GpuLaterCode>
-GpuBackend::compileLater(const compiler::GpuPipelineRequest& request,
-                         compiler::ObjectStore* store, bool isNarrow) {
+GpuBackend::compileLater(const compiler::GpuPipelineRequest& request, compiler::ObjectStore* store,
+                         bool isNarrow, std::function<void()> sooner) {
     const auto later = std::make_shared<GpuLaterCode>();
-    GpuCodeQueue& queue = gpuProcess().codeQueue;
-    queue.add(this, [this, &queue, later, request, store, isNarrow] {
-        try {
-            later->code = compiler::compileGpuPipeline(request);
-            // A later process finds the whole pipeline in the cache. Narrow code is not worth a wait
-            // at the end of the process; machine code takes most of the time.
-            if (isNarrow && queue.isUnwanted(this))
-                return;
-            addMachineCodeOfWhole(later->code, request);
-            if (store)
-                compiler::keepGpuPipeline(compiler::keyOf(request), later->code, *store);
-            std::string().swap(later->code.ptx);
-        } catch (const std::exception& error) { // launches go on with the code that was ready
-            later->code = {};
-            log(LogLevel::kWarning, "engine",
-                message("a pipeline cannot be compiled as a whole: ", error.what()));
-        }
-        later->isReady = true;
+    gpuProcess().codeQueue.add(this, [this, later, request, store, isNarrow, sooner] {
+        if (sooner)
+            sooner();
+        compileInto(*later, request, store, isNarrow);
     });
     return later;
+}
+
+void GpuBackend::compileInto(GpuLaterCode& later, const compiler::GpuPipelineRequest& request,
+                             compiler::ObjectStore* store, bool isNarrow) {
+    try {
+        later.code = compiler::compileGpuPipeline(request);
+        // A later process finds the whole pipeline in the cache. Narrow code is not worth a wait at
+        // the end of the process; machine code takes most of the time.
+        if (isNarrow && gpuProcess().codeQueue.isUnwanted(this))
+            return;
+        addMachineCodeOfWhole(later.code, request);
+        if (store)
+            compiler::keepGpuPipeline(compiler::keyOf(request), later.code, *store);
+        std::string().swap(later.code.ptx);
+    } catch (const std::exception& error) { // launches go on with the code that was ready
+        later.code = {};
+        log(LogLevel::kWarning, "engine",
+            message("a pipeline cannot be compiled as a whole: ", error.what()));
+    }
+    later.isReady = true;
 }
 
 void GpuBackend::prepareReadyKernels(compiler::ObjectStore* store) {
@@ -294,10 +300,8 @@ LoadedGpuCodes::Entry GpuBackend::obtainReadyCode(const compiler::GpuPipelineReq
             throw;
         return {}; // the driver refuses the code
     }
-    if (setting != "ready") {
-        beforeWhole(*entry.code);
-        entry.later = compileLater(request, store, false);
-    }
+    if (setting != "ready")
+        entry.later = compileLater(request, store, false, beforeWhole(*entry.code));
     if (store) {
         entry.key = key;
         loaded_.add(entry);
@@ -481,11 +485,18 @@ std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, GpuCod
     std::shared_ptr<const GpuLaterCode> narrow;
     const auto beginNarrow = [&](const compiler::GpuCode& ready) {
         const unsigned flags = plan.request.pipeline.rules.traversableGraphFlags;
+        std::function<void()> job;
         if (!plan.narrows || ready.hasState || narrowKind == kind || !isSceneComplete(there, flags))
-            return;
+            return job;
         narrow = prepareNarrow(plan, narrowKind, false);
-        if (!narrow)
-            narrow = compileLater(plan.requestFor(narrowKind), plan.cache, false);
+        if (narrow)
+            return job;
+        const auto later = std::make_shared<GpuLaterCode>();
+        narrow = later;
+        job = [this, later, request = plan.requestFor(narrowKind), store = plan.cache] {
+            compileInto(*later, request, store, false);
+        };
+        return job;
     };
     const LoadedGpuCodes::Entry entry =
         later ? loadMachineCode(later->code)

@@ -2,6 +2,7 @@
 // Which narrow code a pipeline gets, and when.
 #include "engine/gpu/code/narrow_code.h"
 
+#include "devlib/flags.h"
 #include "engine/gpu/code/code.h"
 
 #include <gtest/gtest.h>
