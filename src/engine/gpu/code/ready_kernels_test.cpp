@@ -46,8 +46,8 @@ TEST(ReadyKernels, SuitThePipeline) {
     request = requestFor(devlib::kGraphGas, 1);
     request.constants.emplace_back("sunstone_gpu_shapes", 2);
     EXPECT_EQ(idFor(request), "ready, optix7, graph 0, shapes 1, motion 0, depth 2");
-    request.constants.emplace_back("sunstone_gpu_motion", 1);
-    EXPECT_EQ(idFor(request), "ready, optix7, graph 0, shapes 1, motion 1, depth 2");
+    request.constants.emplace_back("sunstone_gpu_motion", devlib::kMotionAll);
+    EXPECT_EQ(idFor(request), "ready, optix7, graph 0, shapes 1, motion 2, depth 2");
 }
 
 TEST(ReadyKernels, ServeTheClassicApi) {
@@ -60,11 +60,11 @@ TEST(ReadyKernels, ServeTheClassicApi) {
               "ready, optix6, graph 3, shapes 1, motion 0, depth 6");
     compiler::GpuPipelineRequest request = classic(devlib::kGraphAny, 16);
     EXPECT_EQ(idFor(request), "ready, optix6, graph 2, shapes 1, motion 0, depth 31");
-    request.constants.emplace_back("sunstone_gpu_motion", 1);
+    request.constants.emplace_back("sunstone_gpu_motion", devlib::kMotionAll);
     EXPECT_EQ(idFor(request), "") << "deep and moving";
     request = classic(devlib::kGraphAny, 5);
-    request.constants.emplace_back("sunstone_gpu_motion", 1);
-    EXPECT_EQ(idFor(request), "ready, optix6, graph 2, shapes 1, motion 1, depth 6");
+    request.constants.emplace_back("sunstone_gpu_motion", devlib::kMotionAll);
+    EXPECT_EQ(idFor(request), "ready, optix6, graph 2, shapes 1, motion 2, depth 6");
     request.constants.emplace_back("sunstone_gpu_hasVisits", 1);
     EXPECT_EQ(idFor(request), "") << "visit programs";
 }
@@ -72,7 +72,7 @@ TEST(ReadyKernels, ServeTheClassicApi) {
 TEST(ReadyKernels, ServeDeepTraces) {
     compiler::GpuPipelineRequest request = requestFor(devlib::kGraphGas, 7);
     EXPECT_EQ(idFor(request), "ready, optix7, graph 0, shapes 1, motion 0, depth 31");
-    request.constants.emplace_back("sunstone_gpu_motion", 1);
+    request.constants.emplace_back("sunstone_gpu_motion", devlib::kMotionAll);
     EXPECT_EQ(idFor(request), "") << "deep and moving";
 }
 
