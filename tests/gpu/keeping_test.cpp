@@ -277,7 +277,7 @@ TEST_F(GpuReadyCode, KernelsThatAreMissingAreKeptOnDisk) {
             EXPECT_EQ(value, run(*rig));
         if (loads == before + 2) // ready code, then the whole
             break;
-        ASSERT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
+        ASSERT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(200));
     }
 }
 
