@@ -56,8 +56,9 @@ void warnOfUnknownChild(const Context& context, const bvh::InstanceInput& input,
     if (static_cast<const bvh::BlockHeader*>(structure)->numActive == input.numInstances)
         return;
     for (uint32_t i = 0; i < input.numInstances; ++i) {
-        const uint64_t handle = bvh::instanceAt(input, i).traversableHandle;
-        if (handle != 0 && !bvh::leadsToBlock(handle))
+        const bvh::InstanceDesc instance = bvh::instanceAt(input, i);
+        const uint64_t handle = instance.traversableHandle;
+        if (handle != 0 && (instance.visibilityMask & 0xFF) != 0 && !bvh::leadsToBlock(handle))
             return context.log(
                 LogLevel::kWarning, "ACCEL",
                 message("instances[", i,

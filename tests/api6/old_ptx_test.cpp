@@ -164,7 +164,7 @@ TEST_F(OldPtx, TexturesInTheSpaceOfTextures) {
     ok(rtBufferUnmap(words_));
 }
 
-// Each text has variables of its own, whatever other texts call their programs.
+// Each text has its own variables, also if programs of several texts have one name.
 TEST_F(OldPtx, ProgramsOfOneNameInSeveralTexts) {
     ok(rtContextSetEntryPointCount(context_, 2));
     const char* const names[] = {"first_value", "second_value"};

@@ -12,6 +12,7 @@
 #include <limits>
 #include <map>
 #include <sstream>
+#include <string_view>
 #include <unordered_map>
 
 #define TINYOBJLOADER_IMPLEMENTATION
@@ -92,11 +93,20 @@ struct Oddities {
     std::string tooLarge; // the first such number of a face
 };
 
-void examineVertex(std::istringstream& words, Oddities& found) {
-    std::string word;
-    for (int i = 0; i < 3 && words >> word; ++i) {
-        const char first = word[word[0] == '-' || word[0] == '+' ? 1 : 0];
-        if (std::isalpha(static_cast<unsigned char>(first))) {
+// Takes the next word of the line, or an empty one at its end.
+std::string_view takeWord(std::string_view& line) {
+    line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+    const std::string_view word = line.substr(0, line.find_first_of(" \t"));
+    line.remove_prefix(word.size());
+    return word;
+}
+
+void examineVertex(std::string_view line, Oddities& found) {
+    for (int i = 0; i < 3; ++i) {
+        std::string_view word = takeWord(line);
+        if (word.starts_with('-') || word.starts_with('+'))
+            word.remove_prefix(1);
+        if (!word.empty() && std::isalpha(static_cast<unsigned char>(word[0]))) {
             found.notNumbers.push_back(found.vertices);
             break;
         }
@@ -104,25 +114,29 @@ void examineVertex(std::istringstream& words, Oddities& found) {
     ++found.vertices;
 }
 
-void examineFace(std::istringstream& words, Oddities& found) {
+void examineFace(std::string_view line, Oddities& found) {
     constexpr size_t kDigits = 9; // of any number that 32 bits hold
-    std::string word;
-    while (found.tooLarge.empty() && words >> word) {
-        const std::string number = word.substr(0, word.find('/'));
-        if (number.size() > kDigits && std::abs(std::atof(number.c_str())) > double(INT32_MAX))
-            found.tooLarge = number;
+    for (std::string_view word = takeWord(line); !word.empty(); word = takeWord(line)) {
+        const std::string number(word.substr(0, word.find('/')));
+        if (number.size() <= kDigits || std::abs(std::atof(number.c_str())) <= double(INT32_MAX))
+            continue;
+        found.tooLarge = number;
+        break;
     }
 }
 
-Oddities examine(const std::string& text) {
+Oddities examine(std::string_view text) {
     Oddities found;
     for (size_t begin = 0; begin < text.size();) {
         const size_t end = std::min(text.find_first_of("\r\n", begin), text.size());
         const size_t first = std::min(text.find_first_not_of(" \t", begin), end);
         if (first + 1 < end && (text[first + 1] == ' ' || text[first + 1] == '\t') &&
             (text[first] == 'v' || text[first] == 'f')) {
-            std::istringstream words(text.substr(first + 2, end - first - 2));
-            text[first] == 'v' ? examineVertex(words, found) : examineFace(words, found);
+            const std::string_view line = text.substr(first + 2, end - first - 2);
+            if (text[first] == 'v')
+                examineVertex(line, found);
+            else if (found.tooLarge.empty())
+                examineFace(line, found);
         }
         begin = end + 1;
     }

@@ -53,14 +53,14 @@ public:
         copy(objectToWorld, outer_, 12);
         setIdentity(inner_);
         for (int i = 0; isTransformTag(child & devlib::kTagMask); child = childOf(child), ++i) {
-            if ((child & devlib::kTagMask) == devlib::kTagStatic)
-                multiplyBy(motion_ ? inner_ : outer_, staticMatrix(child));
-            else if (motion_ || i == kMaxTransformChain)
-                known_ = false;
-            else
-                motion_ = child;
+            const bool still = (child & devlib::kTagMask) == devlib::kTagStatic;
+            known_ = i < kMaxTransformChain && (still || !motion_);
             if (!known_)
                 return;
+            if (still)
+                multiplyBy(motion_ ? inner_ : outer_, staticMatrix(child));
+            else
+                motion_ = child;
         }
         structure_ = child;
     }
