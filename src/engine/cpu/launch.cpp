@@ -247,9 +247,12 @@ void runTiles(Runner& runner, const cpu::InFlightLaunch& inFlight, cpu::Pace& pa
             continue;
         }
         const auto measure = [&](cpu::Way way, uint64_t from, uint64_t to) {
+            const uint64_t counted = from + (to - from) / 2;
+            if (counted != from)
+                runPiece(runner, inFlight, tiling, way, from, counted);
             const uint64_t start = nanoseconds();
-            way = runPiece(runner, inFlight, tiling, way, from, to);
-            pace.add(way, (to - from) * cpu::kTileRow, nanoseconds() - start);
+            way = runPiece(runner, inFlight, tiling, way, counted, to);
+            pace.add(way, (to - counted) * cpu::kTileRow, nanoseconds() - start);
         };
         const uint64_t middle = first + (last - first) / 2;
         const bool isAlone = plan.way == cpu::Way::kAlone;

@@ -17,7 +17,8 @@ WishedWay wishedWay();
 // Any thread may call any function at any time.
 //
 // The cost of a picture's parts varies widely. A measured piece therefore runs one half in each
-// way: halves with the same neighbourhood are comparable.
+// way: halves with the same neighbourhood are comparable. Only the second part of a half counts,
+// because the first finds the caches filled by the other way, which favours single rays.
 class Pace {
 public:
     struct Plan {
@@ -25,7 +26,8 @@ public:
         Way way; // of the piece; of its first half if it is measured
     };
     Plan next();
-    // Adds half a piece: `indices` launch indices and the time that they took on their thread.
+    // Adds the counted part of a half: `indices` launch indices and the time that they took on
+    // their thread.
     void add(Way way, uint64_t indices, uint64_t nanoseconds);
 
 private:
