@@ -427,15 +427,14 @@ private:
         static constexpr bool kOrdered = true;
         Tracer& tracer;
         const isa::RaySetup& setup;
-        isa::ShearLanes<isa::F8> shear;
         isa::Culling culling;
         float tmax;
 
-        template <class Leaf, class F>
-        SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const isa::ShearLanes<F>& lanes) {
+        template <class F, class Leaf>
+        SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf) {
             constexpr unsigned N = F::kLanes;
             isa::TriangleCandidates<N> c;
-            for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, lanes, tmax, c); m;
+            for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, tmax, c); m;
                  m &= m - 1) {
                 const unsigned i = isa::lowestBit(m);
                 if (c.t[i] > tmax || culling.drops(c.det[i], leaf.sbt[i]))
@@ -470,17 +469,16 @@ private:
         static constexpr bool kOrdered = kAll;
         Tracer& tracer;
         const isa::RaySetup& setup;
-        isa::ShearLanes<isa::F8> shear;
         isa::Culling culling;
         isa::MicromapLookup micromaps;
         bool twoStates;
         float tmax;
 
-        template <class Leaf, class F>
-        SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const isa::ShearLanes<F>& lanes) {
+        template <class F, class Leaf>
+        SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf) {
             constexpr unsigned N = F::kLanes;
             isa::TriangleCandidates<N> c;
-            for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, lanes, tmax, c); m;
+            for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, tmax, c); m;
                  m &= m - 1) {
                 const unsigned i = isa::lowestBit(m);
                 if (c.t[i] > tmax || culling.drops(c.det[i], leaf.sbt[i]))
@@ -528,7 +526,7 @@ private:
         const bool twoStates = (rayFlags_ & kRayForceMicromap2State) ||
                                (instanceFlags_ & kInstanceForceMicromap2State);
         MicromapTriangles<kAll> visitor{
-            *this,     setup, isa::shearLanes(setup), culling(), isa::MicromapLookup(block),
+            *this,     setup, culling(), isa::MicromapLookup(block),
             twoStates, tmax_};
         isa::traverse(block, setup, visitor);
         return ended_;
@@ -567,7 +565,7 @@ private:
                                             const isa::RaySetup& setup, const float org[3],
                                             const float dir[3]) {
         startPrograms(org, dir);
-        ProgramTriangles visitor{*this, setup, isa::shearLanes(setup), culling(), tmax_};
+        ProgramTriangles visitor{*this, setup, culling(), tmax_};
         isa::traverse(block, setup, visitor);
         return ended_;
     }
@@ -592,9 +590,9 @@ private:
     struct FirstTriangle : isa::ClosestTriangle {
         static constexpr bool kOrdered = false;
         using ClosestTriangle::ClosestTriangle;
-        template <class Leaf, class F>
-        SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const isa::ShearLanes<F>& lanes) {
-            ClosestTriangle::visit(leaf, lanes);
+        template <class F, class Leaf>
+        SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf) {
+            ClosestTriangle::visit<F>(leaf);
             return found;
         }
         SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, bvh::NodeRef ref) {

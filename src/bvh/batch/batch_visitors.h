@@ -69,7 +69,6 @@ template <class Judge, bool kMasked>
 struct BatchTriangles {
     static constexpr bool kOrdered = Judge::kOrdered;
     const RaySetup& setup;
-    ShearLanes<F8> shear;
     Judge& judge;
     const uint32_t* masks; // null: none
     uint32_t mask;
@@ -77,13 +76,13 @@ struct BatchTriangles {
 
     SUNSTONE_INLINE_MEMBER BatchTriangles(const RaySetup& s, Judge& j,
                                           const uint32_t* triangleMasks, uint32_t rayMask)
-        : setup(s), shear(shearLanes(s)), judge(j), masks(triangleMasks), mask(rayMask),
+        : setup(s), judge(j), masks(triangleMasks), mask(rayMask),
           tmax(j.tmax) {}
 
     template <unsigned N, class F>
-    SUNSTONE_INLINE_MEMBER bool visit(const TriangleLeaf<N>& leaf, const ShearLanes<F>& lanes) {
+    SUNSTONE_INLINE_MEMBER bool visit(const TriangleLeaf<N>& leaf) {
         TriangleCandidates<N> c;
-        for (Mask m = testTriangles<N, F>(leaf, setup, lanes, tmax, c); m; m &= m - 1) {
+        for (Mask m = testTriangles<N, F>(leaf, setup, tmax, c); m; m &= m - 1) {
             const unsigned i = lowestBit(m);
             if (kMasked && masks && !(masks[leaf.primitive[i]] & mask))
                 continue;
@@ -97,8 +96,8 @@ struct BatchTriangles {
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
         const void* const address = block + offsetOf(ref);
         if ((ref & kNodeTagMask) == kLeaf)
-            return visit<4>(*static_cast<const TriangleLeaf<4>*>(address), lowHalf(shear));
-        return visit<8>(*static_cast<const TriangleLeaf<8>*>(address), shear);
+            return visit<4, F4>(*static_cast<const TriangleLeaf<4>*>(address));
+        return visit<8, F8>(*static_cast<const TriangleLeaf<8>*>(address));
     }
 };
 

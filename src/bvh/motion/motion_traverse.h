@@ -61,6 +61,8 @@ struct MovingNodes {
         }
     }
 
+    SUNSTONE_INLINE_MEMBER const MovingNodes& reloaded() const { return *this; }
+
     SUNSTONE_INLINE_MEMBER Mask test(const uint8_t* node, float tmax, F8& distance) const {
         F8* const f = nullptr;
         const auto near = [&](int i) {
@@ -140,8 +142,8 @@ struct Moving : Visitor {
     SUNSTONE_INLINE_MEMBER bool leaf(const uint8_t* block, NodeRef ref) {
         const void* address = block + offsetOf(ref);
         if ((ref & kNodeTagMask) == kLeaf)
-            return Visitor::visit(leafAt<4, F4>(address, at), lowHalf(this->shear));
-        return Visitor::visit(leafAt<8, F8>(address, at), this->shear);
+            return Visitor::template visit<F4>(leafAt<4, F4>(address, at));
+        return Visitor::template visit<F8>(leafAt<8, F8>(address, at));
     }
 };
 

@@ -42,6 +42,14 @@ struct RaySetup {
     SUNSTONE_INLINE_MEMBER bool isBackwards(int i) const { return nearPlanes[i] & kPlanesSize; }
 };
 
+// The same values, of which the compiler knows nothing: it reads them here from memory. Otherwise it
+// reads and duplicates them once per ray and keeps the vectors on the stack.
+SUNSTONE_INLINE const RaySetup& reloaded(const RaySetup& setup) {
+    const RaySetup* address = &setup;
+    asm volatile("" : "+r"(address));
+    return *address;
+}
+
 // False for rays that cannot hit: NaN, infinity or a zero direction.
 SUNSTONE_INLINE bool isRay(const float org[3], const float dir[3], float tmin, float tmax) {
     // The sum of the magnitudes is finite only if all are finite. Rays whose sum overflows are

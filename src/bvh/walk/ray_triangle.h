@@ -27,21 +27,17 @@ struct alignas(64) TriangleCandidates {
     float t[N], v[N], w[N], det[N];
 };
 
-// Ray values in all lanes, made once per traversal.
+// Ray values in all lanes.
 template <class F>
 struct ShearLanes {
     F ox, oy, oz, sx, sy, sz;
 };
 
-SUNSTONE_INLINE ShearLanes<F8> shearLanes(const RaySetup& s) {
-    F8* const f = nullptr;
+template <class F>
+SUNSTONE_INLINE ShearLanes<F> shearLanes(const RaySetup& s) {
+    F* const f = nullptr;
     return {splat(s.org[s.axis[0]], f), splat(s.org[s.axis[1]], f), splat(s.org[s.axis[2]], f),
             splat(s.shear[0], f),       splat(s.shear[1], f),       splat(s.shear[2], f)};
-}
-
-SUNSTONE_INLINE ShearLanes<F4> lowHalf(const ShearLanes<F8>& r) {
-    return {lowHalf(r.ox), lowHalf(r.oy), lowHalf(r.oz),
-            lowHalf(r.sx), lowHalf(r.sy), lowHalf(r.sz)};
 }
 
 // Recomputes the edge functions of one lane exactly.
@@ -118,10 +114,12 @@ SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const uint32_t* axes, const
 
 // As above, for the triangles of a leaf and one ray.
 template <unsigned N, class F, class Leaf>
-SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const RaySetup& s, const ShearLanes<F>& r,
-                                   float tmax, TriangleCandidates<N>& out) {
+SUNSTONE_INLINE Mask testTriangles(const Leaf& leaf, const RaySetup& setup, float tmax,
+                                   TriangleCandidates<N>& out) {
     F* const f = nullptr;
-    return testTriangles<N, F>(leaf, s.axis, r, splat(s.tmin, f), splat(tmax, f), out);
+    const RaySetup& s = reloaded(setup);
+    return testTriangles<N, F>(leaf, s.axis, shearLanes<F>(s), splat(s.tmin, f), splat(tmax, f),
+                               out);
 }
 
 } // namespace sunstone::bvh::SUNSTONE_ISA

@@ -49,11 +49,14 @@ SUNSTONE_INLINE void prefetchChild(const uint8_t* block, NodeRef ref) {
     __builtin_prefetch(last + (ref & kWideLeaf) * 64);
 }
 
-// Ray values in eight lanes for box tests.
+// Ray values in eight lanes for box tests, and the places of planes.
 struct SlabLanes {
     F8 nearR[3], nearC[3], farR[3], farC[3], org[3], tmin;
+    uint32_t nearPlanes[3];
     explicit SlabLanes(const RaySetup& s) : tmin(splat(larger(s.tmin, 0.0f), (F8*)nullptr)) {
         for (int i = 0; i < 3; ++i) {
+            // A wide load of several members would wait until their stores have left the queue.
+            nearPlanes[i] = static_cast<const volatile uint32_t&>(s.nearPlanes[i]);
             nearR[i] = splat(s.nearR[i], (F8*)nullptr);
             nearC[i] = splat(s.nearC[i], (F8*)nullptr);
             farR[i] = splat(s.farR[i], (F8*)nullptr);
@@ -61,22 +64,23 @@ struct SlabLanes {
             org[i] = splat(s.org[i], (F8*)nullptr);
         }
     }
+    SUNSTONE_INLINE_MEMBER uint32_t farPlanes(int i) const { return nearPlanes[i] ^ kPlanesSize; }
 };
 
 // The children of a node whose boxes the ray meets before tmax, and their distances. The operand
 // order matters for NaN (an infinite plane times zero): min and max return their second operand.
-SUNSTONE_INLINE Mask testNode(const uint8_t* node, const RaySetup& s, const SlabLanes& r,
-                              float tmax, F8& distance) {
+SUNSTONE_INLINE Mask testNode(const uint8_t* node, const SlabLanes& r, float tmax,
+                              F8& distance) {
     F8* const f = nullptr;
     const auto plane = [&](uint32_t offset) {
         return load(reinterpret_cast<const float*>(node + offset), f);
     };
-    const F8 nearX = slab(plane(s.nearPlanes[0]), r.org[0], r.nearR[0], r.nearC[0]);
-    const F8 nearY = slab(plane(s.nearPlanes[1]), r.org[1], r.nearR[1], r.nearC[1]);
-    const F8 nearZ = slab(plane(s.nearPlanes[2]), r.org[2], r.nearR[2], r.nearC[2]);
-    const F8 farX = slab(plane(s.farPlanes(0)), r.org[0], r.farR[0], r.farC[0]);
-    const F8 farY = slab(plane(s.farPlanes(1)), r.org[1], r.farR[1], r.farC[1]);
-    const F8 farZ = slab(plane(s.farPlanes(2)), r.org[2], r.farR[2], r.farC[2]);
+    const F8 nearX = slab(plane(r.nearPlanes[0]), r.org[0], r.nearR[0], r.nearC[0]);
+    const F8 nearY = slab(plane(r.nearPlanes[1]), r.org[1], r.nearR[1], r.nearC[1]);
+    const F8 nearZ = slab(plane(r.nearPlanes[2]), r.org[2], r.nearR[2], r.nearC[2]);
+    const F8 farX = slab(plane(r.farPlanes(0)), r.org[0], r.farR[0], r.farC[0]);
+    const F8 farY = slab(plane(r.farPlanes(1)), r.org[1], r.farR[1], r.farC[1]);
+    const F8 farZ = slab(plane(r.farPlanes(2)), r.org[2], r.farR[2], r.farC[2]);
     distance = max(max(nearX, nearY), max(nearZ, r.tmin));
     const F8 end = min(min(farX, farY), min(farZ, splat(tmax, f)));
     return lessEqual(distance, end);
@@ -88,8 +92,9 @@ struct StillNodes {
     SlabLanes lanes;
 
     SUNSTONE_INLINE_MEMBER explicit StillNodes(const RaySetup& s) : setup(s), lanes(s) {}
+    SUNSTONE_INLINE_MEMBER StillNodes reloaded() const { return StillNodes(SUNSTONE_ISA::reloaded(setup)); }
     SUNSTONE_INLINE_MEMBER Mask test(const uint8_t* node, float tmax, F8& distance) const {
-        return testNode(node, setup, lanes, tmax, distance);
+        return testNode(node, lanes, tmax, distance);
     }
     SUNSTONE_INLINE_MEMBER static void prefetch(const uint8_t* block, uint64_t offset) {
         prefetchNode(block, offset);
@@ -153,6 +158,40 @@ SUNSTONE_INLINE NodeRef pushChildren(const Nodes& nodes, const uint8_t* block,
     return NodeRef(a);
 }
 
+// Takes the next node to visit from the stack. False if there is none.
+template <class Visitor>
+SUNSTONE_INLINE bool popNode(const Visitor& visitor, const uint64_t* stack, uint64_t*& top,
+                             NodeRef& ref) {
+    for (;;) {
+        if (top == stack)
+            return false;
+        const uint64_t entry = *--top;
+        if (!Visitor::kOrdered ||
+            __builtin_bit_cast(float, uint32_t(entry >> 32)) <= visitor.tmax) {
+            ref = NodeRef(entry);
+            return true;
+        }
+    }
+}
+
+// Visits nodes, `ref` the first, up to the next leaf. The ray's vectors stay in registers here; the
+// code of leaves needs these registers itself. False if there is no leaf.
+template <class Nodes, class Visitor>
+SUNSTONE_INLINE bool descend(const Nodes& nodes, const Visitor& visitor, const uint8_t* block,
+                             const uint64_t* stack, uint64_t*& top, NodeRef& ref) {
+    do {
+        const uint8_t* const node = block + offsetOf(ref);
+        F8 distance;
+        const Mask hits = nodes.test(node, visitor.tmax, distance);
+        if (hits)
+            ref = pushChildren<Visitor::kOrdered>(
+                nodes, block, reinterpret_cast<const Node*>(node)->children, hits, distance, top);
+        else if (!popNode(visitor, stack, top, ref))
+            return false;
+    } while ((ref & kNodeTagMask) == kInner);
+    return true;
+}
+
 template <class Nodes, class Visitor>
 SUNSTONE_INLINE void traverseNodes(const void* blockAddress, const Nodes& nodes, Visitor& visitor) {
     const uint8_t* const block = static_cast<const uint8_t*>(blockAddress);
@@ -162,28 +201,11 @@ SUNSTONE_INLINE void traverseNodes(const void* blockAddress, const Nodes& nodes,
     uint64_t stack[kStackSize];
     uint64_t* top = stack;
     for (;;) {
-        if ((ref & kNodeTagMask) == kInner) {
-            const uint8_t* const node = block + offsetOf(ref);
-            const NodeRef* const children = reinterpret_cast<const Node*>(node)->children;
-            F8 distance;
-            const Mask hits = nodes.test(node, visitor.tmax, distance);
-            if (hits) {
-                ref = pushChildren<Visitor::kOrdered>(nodes, block, children, hits, distance, top);
-                continue;
-            }
-        } else if (visitor.leaf(block, ref)) {
+        if ((ref & kNodeTagMask) == kInner &&
+            !descend(nodes.reloaded(), visitor, block, stack, top, ref))
             return;
-        }
-        for (;;) {
-            if (top == stack)
-                return;
-            const uint64_t entry = *--top;
-            if (!Visitor::kOrdered ||
-                __builtin_bit_cast(float, uint32_t(entry >> 32)) <= visitor.tmax) {
-                ref = NodeRef(entry);
-                break;
-            }
-        }
+        if (visitor.leaf(block, ref) || !popNode(visitor, stack, top, ref))
+            return;
     }
 }
 

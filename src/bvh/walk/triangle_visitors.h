@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Visitors for structures of triangles without programs during traversal: the nearest hit, and any
 // hit. The best hit stays in registers. Included through traverse.h. Visitors of triangles have
-// visit(leaf, lanes), also for leaves with motion (motion_traverse.h); true ends the traversal.
+// visit<F4 or F8>(leaf), also for leaves with motion (motion_traverse.h); true ends the traversal.
 #pragma once
 
 #include "bvh/walk/traverse.h"
@@ -25,9 +25,8 @@ template <class Visitor>
 SUNSTONE_INLINE bool visitTriangles(Visitor& visitor, const uint8_t* block, NodeRef ref) {
     const void* address = block + offsetOf(ref);
     if ((ref & kNodeTagMask) == kLeaf)
-        return visitor.visit(*static_cast<const TriangleLeaf<4>*>(address),
-                             lowHalf(visitor.shear));
-    return visitor.visit(*static_cast<const TriangleLeaf<8>*>(address), visitor.shear);
+        return visitor.template visit<F4>(*static_cast<const TriangleLeaf<4>*>(address));
+    return visitor.template visit<F8>(*static_cast<const TriangleLeaf<8>*>(address));
 }
 
 // Finds the hit with the smallest t, among equal hits that of the lowest primitive index, so that
@@ -36,7 +35,6 @@ struct ClosestTriangle {
     static constexpr bool kOrdered = true;
 
     const RaySetup& setup;
-    ShearLanes<F8> shear;
     Culling culling;
     float tmax;
     bool found = false;
@@ -44,13 +42,13 @@ struct ClosestTriangle {
     uint32_t primitive = ~0u, sbt = 0;
 
     SUNSTONE_INLINE_MEMBER ClosestTriangle(const RaySetup& s, float tmax, Culling culling)
-        : setup(s), shear(shearLanes(s)), culling(culling), tmax(tmax) {}
+        : setup(s), culling(culling), tmax(tmax) {}
 
-    template <class Leaf, class F>
-    SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const ShearLanes<F>& lanes) {
+    template <class F, class Leaf>
+    SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf) {
         constexpr unsigned N = F::kLanes;
         TriangleCandidates<N> c;
-        for (Mask m = testTriangles<N, F>(leaf, setup, lanes, tmax, c); m; m &= m - 1) {
+        for (Mask m = testTriangles<N, F>(leaf, setup, tmax, c); m; m &= m - 1) {
             const unsigned i = lowestBit(m);
             if (c.t[i] > tmax || (c.t[i] == tmax && found && leaf.primitive[i] > primitive) ||
                 culling.drops(c.det[i], leaf.sbt[i]))
@@ -76,19 +74,18 @@ struct AnyTriangle {
     static constexpr bool kOrdered = false;
 
     const RaySetup& setup;
-    ShearLanes<F8> shear;
     Culling culling;
     float tmax;
     bool found = false;
 
     SUNSTONE_INLINE_MEMBER AnyTriangle(const RaySetup& s, float tmax, Culling culling)
-        : setup(s), shear(shearLanes(s)), culling(culling), tmax(tmax) {}
+        : setup(s), culling(culling), tmax(tmax) {}
 
-    template <class Leaf, class F>
-    SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf, const ShearLanes<F>& lanes) {
+    template <class F, class Leaf>
+    SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf) {
         constexpr unsigned N = F::kLanes;
         TriangleCandidates<N> c;
-        for (Mask m = testTriangles<N, F>(leaf, setup, lanes, tmax, c); m; m &= m - 1) {
+        for (Mask m = testTriangles<N, F>(leaf, setup, tmax, c); m; m &= m - 1) {
             const unsigned i = lowestBit(m);
             if (!culling.drops(c.det[i], leaf.sbt[i])) {
                 found = true;
