@@ -248,7 +248,7 @@ private:
         for (uint64_t set = rays; set; set &= set - 1) {
             const uint32_t lane = lowest(set);
             const RayBlock& r = block.rays;
-            const uint32_t* const axes = kShearAxes[r.axes[lane]];
+            const uint32_t* const axes = kShearAxes[r.axes[lane]].word;
             const ShearLanes<F> shear = {
                 splat(r.org[axes[0]][lane], f), splat(r.org[axes[1]][lane], f),
                 splat(r.org[axes[2]][lane], f), splat(r.shear[0][lane], f),
@@ -283,7 +283,7 @@ private:
         WideLanes* const w = nullptr;
         Block& block = *packet.block;
         const RayBlock& r = block.rays;
-        const uint32_t* const axes = kShearAxes[r.axes[lowest(rays)]];
+        const uint32_t* const axes = kShearAxes[r.axes[lowest(rays)]].word;
         for (uint32_t lane = 0; lane < RayBlock::kRays; lane += kLanes) {
             const Mask group = Mask(rays >> lane & kGroup);
             if (group == 0)

@@ -10,11 +10,6 @@
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-// Axes kx, ky and kz of RaySetup. The index is 2 kz, plus 1 if the ray's direction along kz is
-// negative.
-constexpr uint32_t kShearAxes[6][3] = {{1, 2, 0}, {2, 1, 0}, {2, 0, 1},
-                                       {0, 2, 1}, {0, 1, 2}, {1, 0, 2}};
-
 struct alignas(64) RayBlock {
     static constexpr uint32_t kRays = 64;
 
@@ -48,10 +43,12 @@ struct alignas(64) RayBlock {
             s.farR[i] = farR[i][lane];
             s.farC[i] = farC[i][lane];
             s.org[i] = org[i][lane];
-            s.nearPlanes[i] = (uint32_t(2 * i) + (octant[lane] >> i & 1)) * kPlanesSize;
-            s.axis[i] = kShearAxes[axes[lane]][i];
-            s.shear[i] = shear[i][lane];
         }
+        copyWords(s.nearPlanes, kNearPlanes[octant[lane]]);
+        copyWords(s.axis, kShearAxes[axes[lane]]);
+        s.slope[s.axis[0]] = shear[0][lane];
+        s.slope[s.axis[1]] = shear[1][lane];
+        s.slope[3] = shear[2][lane];
         s.tmin = start[lane];
     }
 
@@ -161,8 +158,8 @@ inline void RayBlock::setupLanes(const BlockHeader* header, uint32_t first) {
         const uint32_t z = (alongZ >> k & 1) * 2 + (alongY >> k & 1), lane = first + k;
         const uint32_t code = 2 * z + (dir[z][lane] < 0);
         axes[lane] = uint8_t(code);
-        across[0][k] = dir[kShearAxes[code][0]][lane];
-        across[1][k] = dir[kShearAxes[code][1]][lane];
+        across[0][k] = dir[kShearAxes[code].word[0]][lane];
+        across[1][k] = dir[kShearAxes[code].word[1]][lane];
         along[k] = dir[z][lane];
         octant[lane] =
             uint8_t((signs[0] >> k & 1) | (signs[1] >> k & 1) << 1 | (signs[2] >> k & 1) << 2);

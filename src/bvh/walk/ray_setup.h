@@ -32,11 +32,11 @@ struct RaySetup {
     // Planes of axis i: distance = plane * r[i] + c[i].
     alignas(16) float nearR[4];
     float nearC[4], farR[4], farC[4], org[4]; // the fourth is undefined
-    uint32_t nearPlanes[3];                   // byte offset of the near planes in a node
+    // Shear: direction[i] / direction[kz], and last 1 / direction[kz].
+    float slope[4];
+    uint32_t axis[4];       // kx, ky, kz
+    uint32_t nearPlanes[4]; // byte offset of the near planes in a node
     float tmin;
-    // Shear.
-    uint32_t axis[3]; // kx, ky, kz
-    float shear[3];   // Sx, Sy, Sz
 
     SUNSTONE_INLINE_MEMBER uint32_t farPlanes(int i) const { return nearPlanes[i] ^ kPlanesSize; }
     SUNSTONE_INLINE_MEMBER bool isBackwards(int i) const { return nearPlanes[i] & kPlanesSize; }
@@ -52,30 +52,60 @@ SUNSTONE_INLINE const RaySetup& reloaded(const RaySetup& setup) {
 
 // False for rays that cannot hit: NaN, infinity or a zero direction.
 SUNSTONE_INLINE bool isRay(const float org[3], const float dir[3], float tmin, float tmax) {
-    // The sum of the magnitudes is finite only if all are finite. Rays whose sum overflows are
-    // useless, too.
-    const float sum = absolute(org[0]) + absolute(org[1]) + absolute(org[2]) + absolute(dir[0]) +
-                      absolute(dir[1]) + absolute(dir[2]) + absolute(tmin);
     const float longest = larger(larger(absolute(dir[0]), absolute(dir[1])), absolute(dir[2]));
-    return finite(sum) && tmin <= tmax && longest >= 0x1p-120f;
+    if (!(tmin <= tmax && longest >= 0x1p-120f))
+        return false;
+    // The sum of the magnitudes is finite only if all are finite. Rays whose sum overflows are
+    // useless, too. No sum of numbers as small as these overflows.
+    const __m128 signBit = _mm_set1_ps(-0.0f), small = _mm_set1_ps(0x1p120f);
+    const __m128 o = _mm_andnot_ps(signBit, _mm_setr_ps(org[0], org[1], org[2], tmin)),
+                 d = _mm_andnot_ps(signBit, _mm_setr_ps(dir[0], dir[1], dir[2], 0));
+    if (_mm_movemask_ps(_mm_and_ps(_mm_cmplt_ps(o, small), _mm_cmplt_ps(d, small))) == 15)
+        return true;
+    return finite(absolute(org[0]) + absolute(org[1]) + absolute(org[2]) + absolute(dir[0]) +
+                  absolute(dir[1]) + absolute(dir[2]) + absolute(tmin));
 }
 
-SUNSTONE_INLINE void setupShear(RaySetup& s, const float dir[3]) {
-    const float ax = absolute(dir[0]), ay = absolute(dir[1]), az = absolute(dir[2]);
-    uint32_t kz = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
-    uint32_t kx = kz == 2 ? 0 : kz + 1;
-    uint32_t ky = kx == 2 ? 0 : kx + 1;
-    if (dir[kz] < 0) {
-        const uint32_t k = kx;
-        kx = ky;
-        ky = k;
-    }
-    s.axis[0] = kx;
-    s.axis[1] = ky;
-    s.axis[2] = kz;
-    s.shear[0] = dir[kx] / dir[kz];
-    s.shear[1] = dir[ky] / dir[kz];
-    s.shear[2] = 1.0f / dir[kz];
+struct alignas(16) FourWords {
+    uint32_t word[4];
+};
+
+// Axes kx, ky and kz of RaySetup. The index is 2 kz, plus 1 if the ray's direction along kz is
+// negative.
+constexpr FourWords kShearAxes[6] = {{{1, 2, 0}}, {{2, 1, 0}}, {{2, 0, 1}},
+                                     {{0, 2, 1}}, {{0, 1, 2}}, {{1, 0, 2}}};
+
+// RaySetup::nearPlanes. The index has a bit for each axis with a negative direction.
+constexpr FourWords nearPlanesOf(uint32_t signs) {
+    FourWords planes{};
+    for (uint32_t i = 0; i < 3; ++i)
+        planes.word[i] = (2 * i + (signs >> i & 1)) * kPlanesSize;
+    return planes;
+}
+constexpr FourWords kNearPlanes[8] = {nearPlanesOf(0), nearPlanesOf(1), nearPlanesOf(2),
+                                      nearPlanesOf(3), nearPlanesOf(4), nearPlanesOf(5),
+                                      nearPlanesOf(6), nearPlanesOf(7)};
+
+SUNSTONE_INLINE void copyWords(uint32_t to[4], const FourWords& from) {
+    _mm_store_si128(reinterpret_cast<__m128i*>(to),
+                    _mm_load_si128(reinterpret_cast<const __m128i*>(from.word)));
+}
+
+// The longest axis of a direction with these magnitudes; the later one of equal ones.
+SUNSTONE_INLINE uint32_t longestAxis(__m128 speed) {
+    const int greater = _mm_movemask_ps(_mm_cmpgt_ps(_mm_shuffle_ps(speed, speed, 0xd0),   // x x y
+                                                     _mm_shuffle_ps(speed, speed, 0xe9))); // y z z
+    // Two bits for each set of x > y, x > z and y > z.
+    constexpr uint32_t kAxes = 2 | 2 << 2 | 2 << 4 | 0 << 6 | 1 << 8 | 2 << 10 | 1 << 12 | 0 << 14;
+    return kAxes >> (greater & 7) * 2 & 3;
+}
+
+// d: the direction and 1; signs: a bit for each axis with a negative direction.
+SUNSTONE_INLINE void setupShear(RaySetup& s, const float dir[3], __m128 d, __m128 speed,
+                                uint32_t signs) {
+    const uint32_t kz = longestAxis(speed);
+    copyWords(s.axis, kShearAxes[2 * kz + (signs >> kz & 1)]);
+    _mm_store_ps(s.slope, _mm_div_ps(d, _mm_set1_ps(dir[kz])));
 }
 
 // The planes of an axis along which the ray hardly moves.
@@ -151,18 +181,16 @@ SUNSTONE_INLINE void setupRay(RaySetup& s, const BlockHeader* header, const floa
     _mm_store_ps(s.farR, farR);
     _mm_store_ps(s.farC, farC);
     _mm_store_ps(s.org, o);
-    for (int i = 0; i < 3; ++i)
-        s.nearPlanes[i] = (uint32_t(2 * i) + (bitsOf(dir[i]) >> 31)) * kPlanesSize;
+    const auto signs = uint32_t(_mm_movemask_ps(d));
+    copyWords(s.nearPlanes, kNearPlanes[signs & 7]);
     const float still = larger(longest * 0x1p-18f, 0x1p-100f);
-    const int stillAxes = _mm_movemask_ps(_mm_cmple_ps(
-                              _mm_andnot_ps(signBit, _mm_setr_ps(dir[0], dir[1], dir[2], longest)),
-                              _mm_set1_ps(still))) &
-                          7;
-    const int openAxes = _mm_movemask_ps(_mm_cmpgt_ps(largest, _mm_set1_ps(kLargestProduct))) & 7;
-    if (__builtin_expect((stillAxes | openAxes) != 0, 0))
-        setupRareAxes(s, header, org, dir, tmax * longest, stillAxes, openAxes);
+    const __m128 isStill = _mm_cmple_ps(speed, _mm_set1_ps(still)),
+                 isOpen = _mm_cmpgt_ps(largest, _mm_set1_ps(kLargestProduct));
+    if (__builtin_expect((_mm_movemask_ps(_mm_or_ps(isStill, isOpen)) & 7) != 0, 0))
+        setupRareAxes(s, header, org, dir, tmax * longest, _mm_movemask_ps(isStill),
+                      _mm_movemask_ps(isOpen));
     s.tmin = tmin;
-    setupShear(s, dir);
+    setupShear(s, dir, d, speed, signs);
 }
 
 } // namespace sunstone::bvh::SUNSTONE_ISA

@@ -37,7 +37,7 @@ template <class F>
 SUNSTONE_INLINE ShearLanes<F> shearLanes(const RaySetup& s) {
     F* const f = nullptr;
     return {splat(s.org[s.axis[0]], f), splat(s.org[s.axis[1]], f), splat(s.org[s.axis[2]], f),
-            splat(s.shear[0], f),       splat(s.shear[1], f),       splat(s.shear[2], f)};
+            splat(s.slope[s.axis[0]], f), splat(s.slope[s.axis[1]], f), splat(s.slope[3], f)};
 }
 
 // Recomputes the edge functions of one lane exactly.
