@@ -218,6 +218,13 @@ RT_PROGRAM void visit_chosen() {
     rtIntersectChild(0);
     rtIntersectChild(1);
 }
+RT_PROGRAM void visit_until_hit() {
+    const float before = hit_distance;
+    rtIntersectChild(0);
+    if (hit_distance < before)
+        return;
+    rtIntersectChild(1);
+}
 RT_PROGRAM void missed() {
     payload.value = -2;
     payload.large[39] = ray.tmax;
@@ -343,6 +350,16 @@ RT_PROGRAM void two_hits(int) {
         normal = make_float3(7, 0, 0);
         rtReportIntersection(0);
     }
+}
+
+// Each hit is nearer than the one before it.
+rtDeclareVariable(int, hits, , );
+RT_PROGRAM void many_hits(int) {
+    for (int i = 1; i <= hits; ++i)
+        if (rtPotentialIntersection(9.0f - i)) {
+            normal = make_float3(i, 0, 0);
+            rtReportIntersection(0);
+        }
 }
 
 // ---- callables

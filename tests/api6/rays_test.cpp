@@ -101,6 +101,16 @@ TEST_F(Rays, AttributesOfTheAcceptedHitSurvive) {
     EXPECT_EQ(r[3], 5);
 }
 
+TEST_F(Rays, AttributesOfTheNearestOfManyReports) {
+    for (int hits = 1; hits <= 4; ++hits) {
+        ok(rtVariableSet1i(variable("hits"), hits));
+        const std::vector<float> r =
+            shoot(group({instance(squares(1, "many_hits"), {material("hit_mark")})}));
+        EXPECT_EQ(r[2], hits);
+        EXPECT_EQ(r[3], 9 - hits);
+    }
+}
+
 TEST_F(Rays, RayTypesHaveProgramsOfTheirOwn) {
     RTmaterial both = material("hit_mark");
     ok(rtMaterialSetClosestHitProgram(both, 1, program("hit_world")));
@@ -313,10 +323,10 @@ protected:
         setFloat(shape, rtGeometryDeclareVariable, "height", height);
         return group({instance(shape, {paint})});
     }
-    RTselector selector(const std::vector<RTobject>& children) {
+    RTselector selector(const std::vector<RTobject>& children, const char* visit = "visit_chosen") {
         RTselector made = nullptr;
         ok(rtSelectorCreate(context_, &made));
-        ok(rtSelectorSetVisitProgram(made, program("visit_chosen")));
+        ok(rtSelectorSetVisitProgram(made, program(visit)));
         ok(rtSelectorSetChildCount(made, unsigned(children.size())));
         for (unsigned i = 0; i < children.size(); ++i)
             ok(rtSelectorSetChild(made, i, children[i]));
@@ -337,6 +347,12 @@ TEST_F(Selectors, ProgramsChooseAmongChildren) {
         choose(-1);
         EXPECT_EQ(shoot(top)[0], 2) << "the nearer hit of both";
     }
+}
+
+TEST_F(Selectors, ProgramsSeeTheDistanceOfTheHit) {
+    const RTgeometrygroup far = square(1, 5), near = square(2, 6);
+    EXPECT_EQ(shoot(selector({far, near}, "visit_until_hit"))[0], 1);
+    EXPECT_EQ(shoot(selector({moved(far, 3), near}, "visit_until_hit"))[0], 2);
 }
 
 TEST_F(Selectors, ChildrenMayShareAnAcceleration) {

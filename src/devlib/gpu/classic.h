@@ -90,6 +90,7 @@ SUNSTONE_INLINE void walkChild(RayState* state, uint64_t child) {
     using Programs = Tracer<kWithCustoms, kMaxGpuGraphDepth, kWithMotion>;
     using Walk = walk::Traversal<Programs>;
     Candidates& outer = *static_cast<Candidates*>(state->traversal);
+    outer.state = state; // see sunstone_gpu_reportTo
     const VisitNode* const node = state->visited;
     Programs tracer;
     static_cast<Candidates&>(tracer) = outer;

@@ -777,6 +777,9 @@ extern "C" __attribute__((always_inline)) uint32_t sunstone_gpu_reportTo(RayStat
                                                                          uint32_t kind) {
     checkHitKind(state, kind);
     Candidates& candidates = *to;
+    // The same address, but programs promise that only their argument leads to the state
+    // (Unit::declare): the candidates' changes must come from it.
+    candidates.state = state;
     if (!inInterval(*state, t, candidates.tmax))
         return kIgnore;
     reportCandidate<Records>(*state, t, kind);
