@@ -80,7 +80,7 @@ enum PrimitiveType : uint32_t {
 // survives copies and is valid before and across pipelines.
 struct SbtHeader {
     uint32_t magic;   // kSbtMagic
-    uint32_t group;   // program group number, unique in its context, from 1
+    uint32_t group;   // Context::nextGroup
     uint32_t kind;    // GroupKind
     uint32_t pad[5];
 };

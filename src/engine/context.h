@@ -25,8 +25,10 @@ struct Context {
     std::function<void(LogLevel, std::string_view tag, std::string_view text)> log;
     // Code compiled before, by any process; null if the owner disables it.
     std::shared_ptr<CompileCache> cache;
-    // Program groups are numbered from 1 within their context; SBT headers carry the number.
-    std::atomic<uint32_t> nextGroup{1};
+    // SBT headers carry the numbers of program groups. A context's numbers start at one of 4,096
+    // places, so that a pipeline notices records of groups of another context.
+    std::atomic<uint32_t> nextGroup{(uint32_t(uintptr_t(this) / 64) * 0x9E3779B1u & 0xFFF00000u) +
+                                    1};
     const Wording* wording = &plainWording(); // of messages
 };
 

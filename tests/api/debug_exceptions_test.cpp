@@ -252,6 +252,36 @@ TEST_P(DebugExceptions, RecordsOfNothing) {
     }
 }
 
+// The first groups of two contexts would have equal numbers if both were counted from one.
+TEST_P(DebugExceptions, RecordsOfAnotherContext) {
+    OptixDeviceContext second = context_;
+    ASSERT_OK(optixDeviceContextCreate(nullptr, nullptr, &context_));
+    OptixPipelineCompileOptions options = compileOptions(1);
+    options.exceptionFlags = kAllFlags;
+    std::unique_ptr<Rig> other = rig("debug_exceptions", options);
+    const size_t groups[] = {other->hit("__closesthit__mistakes"), other->miss("__miss__mistakes")};
+    Buffer foreign(1024, 16);
+    for (int kind = 0; kind < 2; ++kind)
+        for (int i = 0; i < 16; ++i)
+            require(optixSbtRecordPackHeader(other->group(groups[kind]),
+                                             foreign.as<char>() + 512 * kind + 32 * i),
+                    "pack", log_);
+    std::swap(context_, second);
+    prepare(kAllFlags);
+    change_ = [&](OptixShaderBindingTable& sbt) {
+        sbt.hitgroupRecordBase = foreign.address();
+        sbt.missRecordBase = foreign.address() + 512;
+        sbt.missRecordStrideInBytes = 32;
+        sbt.missRecordCount = 8;
+    };
+    ASSERT_OK(launch(kFine, 40));
+    EXPECT_EQ(OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_HIT_SBT, result(39).code);
+    ASSERT_OK(launch(kBadMiss, 40));
+    EXPECT_EQ(OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_MISS_SBT, result(39).code);
+    other.reset();
+    ASSERT_OK(optixDeviceContextDestroy(second));
+}
+
 TEST_P(DebugExceptions, LargeFramesOverflowTheStack) {
     prepare(kAllFlags, true, "__raygen__large");
     ASSERT_OK(launch(kLargeFrames, 40));
