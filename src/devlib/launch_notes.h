@@ -13,12 +13,14 @@ struct LaunchNotes {
     // A ray met an object that the pipeline's options exclude, and ignored it.
     uint32_t outsideFlags = 0; // excluded by the graph flags
     uint32_t motion = 0;       // a moving object, and rays have no times
+    uint64_t unknown = 0;      // a handle that leads to no traversable
 
     void add(const LaunchNotes& other) {
         deepGraph |= other.deepGraph;
         wideSbt |= other.wideSbt;
         outsideFlags |= other.outsideFlags;
         motion |= other.motion;
+        unknown = unknown ? unknown : other.unknown;
     }
 };
 
@@ -34,8 +36,9 @@ inline LaunchNotes* notesOf(const LaunchState& launch) {
     return launch.exceptionFlags & kHasNotes ? &static_cast<const NotedLaunch&>(launch).notes
                                              : nullptr;
 }
-inline void note(uint32_t& what) {
-    __atomic_store_n(&what, 1, __ATOMIC_RELAXED);
+template <class T>
+inline void note(T& what, T value = 1) {
+    __atomic_store_n(&what, value, __ATOMIC_RELAXED);
 }
 
 } // namespace sunstone::devlib

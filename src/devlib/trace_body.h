@@ -69,6 +69,11 @@ SUNSTONE_INLINE bool isKnown(RayState* state, uint64_t handle) {
     return true;
 }
 
+[[gnu::noinline, gnu::cold]] static void noteUnknown(const LaunchState& launch, uint64_t handle) {
+    if (LaunchNotes* notes = notesOf(launch); notes && handle != 0)
+        note(notes->unknown, handle);
+}
+
 // The sides of triangles that a ray passes, below an instance with these flags.
 SUNSTONE_INLINE isa::Culling cullingOf(uint32_t rayFlags, uint32_t instanceFlags) {
     if (instanceFlags & kInstanceDisableFaceCulling)
@@ -124,7 +129,7 @@ public:
                     return enterLoneInstance(handle, org, dir);
         }
         if (tagOf(handle) != kTagGas) {
-            if constexpr (!kInstancing)
+            if (!kInstancing && handle != 0)
                 excludedByFlags();
             return false;
         }
@@ -802,6 +807,7 @@ private:
         if (!isKnown(state_, transform->child)) {
             if constexpr (kChecked)
                 checkUnknown(transform->child);
+            noteUnknown(launch_, transform->child);
             return false;
         }
         float newOrg[3], newDir[3];
@@ -945,6 +951,7 @@ SUNSTONE_INLINE ProgramFn walkRay(RayState* state) {
                 info.traversable = state->handle;
                 raiseWithoutPath(state, kExceptionInvalidTraversable, &info);
             }
+        noteUnknown(launch, state->handle);
         return startMiss<Records>(state);
     }
     const ProgramFn closestHit = findHit<Records, kInstancing>(state, found);

@@ -162,6 +162,8 @@ std::vector<std::string> remarks(const LaunchRequest& request, const Wording& wo
         lines.push_back(wording.excludedGraph);
     if (notes.motion)
         lines.push_back(wording.excludedMotion);
+    if (notes.unknown)
+        lines.push_back(unknownHandleRemark(notes.unknown));
     return lines;
 }
 
