@@ -486,6 +486,8 @@ void Scene::makePipeline() {
     std::vector<std::shared_ptr<engine::ProgramGroup>> groups;
     for (const auto& [key, bound] : groups_)
         groups.push_back(bound.group);
+    // Addresses order the map. Numbers give equal scenes equal code in the caches.
+    std::ranges::sort(groups, {}, [](const auto& group) { return group->number; });
     pipeline_ =
         engine::createPipeline(*context_.engine, groups, wanted, limits, &compiler::optix6Flavor());
     pipeline_->launchParamsSize = sizeof(devlib::ClassicLaunch);
