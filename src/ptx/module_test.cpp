@@ -84,6 +84,16 @@ TEST(HeaderErrors, OtherTargets) {
               "-m64)");
 }
 
+TEST(HeaderErrors, HideNoDeclarations) {
+    for (const char* header : {".target sm_75\n.address_size 32\n", ".target compute_75\n"}) {
+        Diagnostics diagnostics;
+        parse(".version 7.4\n" + std::string(header) +
+                  ".global .u32 first;\n.global .u64 second = first;\n",
+              diagnostics);
+        EXPECT_EQ(diagnostics.errorCount(), 1u) << header;
+    }
+}
+
 TEST(ForeignInput, IsNamed) {
     const auto errorStarts = [](const std::string& bytes, const std::string& start) {
         EXPECT_EQ(errorOf(bytes).substr(0, start.size()), start);

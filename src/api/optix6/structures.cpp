@@ -28,12 +28,14 @@ bool isIdentity(const float m[12]) {
     return std::equal(m, m + 12, kIdentity);
 }
 
-// The address of a list of `count` items in a buffer; throws if the list does not fit.
-const uint8_t* place(const Ref<Buffer>& ref, const char* what, uint64_t offset, uint64_t stride,
-                     uint64_t itemBytes, uint64_t count) {
+// The address of a list of `count` items in a buffer of the triangles; throws if the list does not
+// fit.
+const uint8_t* place(const GeometryTriangles& t, const Ref<Buffer>& ref, const char* what,
+                     uint64_t offset, uint64_t stride, uint64_t itemBytes, uint64_t count) {
     const std::shared_ptr<Buffer> buffer = ref.lock();
     if (!buffer)
-        refuse(RT_ERROR_INVALID_VALUE, "geometry triangles without a buffer of ", what);
+        refuse(RT_ERROR_INVALID_VALUE, "geometry triangles ", t.handle(), " have no buffer of ",
+               what);
     buffer->validate();
     uint64_t end = 0;
     const bool fits =
@@ -41,8 +43,8 @@ const uint8_t* place(const Ref<Buffer>& ref, const char* what, uint64_t offset, 
                        !__builtin_add_overflow(end, offset, &end) &&
                        !__builtin_add_overflow(end, itemBytes, &end) && end <= buffer->bytes());
     if (!fits)
-        refuse(RT_ERROR_INVALID_VALUE, "the buffer of ", what, " has ", buffer->bytes(),
-               " bytes, but the geometry triangles need ", end);
+        refuse(RT_ERROR_INVALID_VALUE, "the buffer of ", what, ", ", buffer->handle(), ", has ",
+               buffer->bytes(), " bytes, but geometry triangles ", t.handle(), " need ", end);
     return buffer->data() ? buffer->data() + offset : nullptr;
 }
 
@@ -76,7 +78,7 @@ bvh::TriangleInput triangleInput(engine::AccelInputs& inputs, const GeometryTria
     std::vector<const void*> keys;
     for (unsigned step = 0; step < t.motion.steps; ++step) {
         const bool many = t.vertices.size() > 1;
-        keys.push_back(place(t.vertices[many ? step : 0], "vertices",
+        keys.push_back(place(t, t.vertices[many ? step : 0], "vertices",
                              many ? t.vertexByteOffset : stepOffset(t, step), stride, vertexBytes,
                              t.vertexCount));
     }
@@ -90,8 +92,8 @@ bvh::TriangleInput triangleInput(engine::AccelInputs& inputs, const GeometryTria
         const RTsize indexStride = t.indexStride ? t.indexStride : indexBytes;
         in.indexFormat = wide ? bvh::IndexFormat::kUint3 : bvh::IndexFormat::kUshort3;
         in.indexStride = uint32_t(indexStride);
-        in.indices =
-            place(t.indices, "indices", t.indexByteOffset, indexStride, indexBytes, t.primitives);
+        in.indices = place(t, t.indices, "indices", t.indexByteOffset, indexStride, indexBytes,
+                           t.primitives);
     }
     if (t.hasTransform) {
         const SharedAllocator<float> allocator(t.context()->engine->backend);
@@ -105,7 +107,7 @@ bvh::TriangleInput triangleInput(engine::AccelInputs& inputs, const GeometryTria
     if (t.hasMaterialIndices && flags.size() > 1) {
         const unsigned bytes = bytesOf(t.materialFormat);
         const RTsize materialStride = t.materialStride ? t.materialStride : bytes;
-        in.sbt.indexOffsets = place(t.materialIndices, "material indices", t.materialByteOffset,
+        in.sbt.indexOffsets = place(t, t.materialIndices, "material indices", t.materialByteOffset,
                                     materialStride, bytes, t.primitives);
         in.sbt.indexOffsetSize = bytes;
         in.sbt.indexOffsetStride = uint32_t(materialStride);

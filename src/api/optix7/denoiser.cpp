@@ -137,7 +137,8 @@ denoise::Format checkFormat(const std::string& name, OptixPixelFormat format) {
              ".format is INTERNAL_GUIDE_LAYER, which is for internal "
              "guide layers only");
     }
-    fail(Code::kInvalidValue, name, ".format = ", unsigned(format), " is unknown");
+    fail(Code::kInvalidValue, name, ".format = ", unsigned(format), " is unknown",
+         format == 0 ? "; the options and the model of the denoiser need this image" : "");
 }
 
 // The requirements for a kind of image.

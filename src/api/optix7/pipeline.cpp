@@ -49,10 +49,11 @@ devlib::SbtView checkSbt(const ApiCall& call, const OptixShaderBindingTable& sbt
     device::Device& device = *call.context.engine->device;
     if (sbt.raygenRecord == 0)
         fail(Code::kInvalidValue, "sbt->raygenRecord is 0");
-    for (CUdeviceptr record : {sbt.raygenRecord, sbt.exceptionRecord})
+    for (const auto& [name, record] : {std::pair("sbt->raygenRecord", sbt.raygenRecord),
+                                       std::pair("sbt->exceptionRecord", sbt.exceptionRecord)})
         if (record % OPTIX_SBT_RECORD_ALIGNMENT != 0)
-            fail(Code::kInvalidValue, "SBT record at ", reinterpret_cast<void*>(record),
-                 " is not aligned to ", unsigned(OPTIX_SBT_RECORD_ALIGNMENT), " bytes");
+            fail(Code::kInvalidValue, name, " = ", reinterpret_cast<void*>(record),
+                 " is not a multiple of ", unsigned(OPTIX_SBT_RECORD_ALIGNMENT));
     checkRecords(call, "miss", sbt.missRecordBase, sbt.missRecordStrideInBytes,
                  sbt.missRecordCount);
     checkRecords(call, "hitgroup", sbt.hitgroupRecordBase, sbt.hitgroupRecordStrideInBytes,

@@ -213,14 +213,15 @@ void Parser::parseTarget() {
         const std::string_view name = expectName("a target like sm_75");
         if (name.substr(0, 3) == "sm_") {
             if (!module_.target.empty() && module_.target != name)
-                fault(location, "two targets in one module: " + quoted(module_.target) + " and " +
-                                    quoted(name));
+                diagnostics_.error(location, "two targets in one module: " +
+                                                 quoted(module_.target) + " and " + quoted(name));
             module_.target = name;
         } else if (first) {
             const bool compute = name.substr(0, 8) == "compute_";
-            fault(location,
-                  "target " + quoted(name) + " is not one of the sm_... targets of PTX" +
-                      (compute ? " (did you mean 'sm_" + std::string(name.substr(8)) + "'?)" : ""));
+            diagnostics_.error(
+                location,
+                "target " + quoted(name) + " is not one of the sm_... targets of PTX" +
+                    (compute ? " (did you mean 'sm_" + std::string(name.substr(8)) + "'?)" : ""));
         } else {
             module_.targetOptions.push_back(name);
         }
@@ -232,8 +233,9 @@ void Parser::parseAddressSize() {
     const Location location = token_.location;
     const uint64_t size = expectInteger("an address size", ~0ull);
     if (size != 64)
-        fault(location, ".address_size " + std::to_string(size) +
-                            " is not supported: only 64-bit PTX runs here (compile with -m64)");
+        diagnostics_.error(location,
+                           ".address_size " + std::to_string(size) +
+                               " is not supported: only 64-bit PTX runs here (compile with -m64)");
     module_.addressSize = 64;
 }
 
