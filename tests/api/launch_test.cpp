@@ -201,8 +201,8 @@ TEST_P(Launch, BindingTableArguments) {
         EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, kFunction, mention, launch(&table));
     };
     using Table = OptixShaderBindingTable;
-    expectBad("record", [](Table& t) { t.raygenRecord += 8; });
-    expectBad("record", [](Table& t) { t.exceptionRecord = t.raygenRecord + 4; });
+    expectBad("raygenRecord", [](Table& t) { t.raygenRecord += 8; });
+    expectBad("exceptionRecord", [](Table& t) { t.exceptionRecord = t.raygenRecord + 4; });
     expectBad("missRecordBase", [](Table& t) { t.missRecordBase += 8; });
     expectBad("missRecordBase", [](Table& t) { t.missRecordBase = 0; });
     expectBad("missRecordStride", [](Table& t) { t.missRecordStrideInBytes = 0; });
