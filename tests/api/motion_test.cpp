@@ -516,17 +516,13 @@ TEST_P(MotionTest, UpdatesCompactionAndRelocationKeepMotion) {
     waitForDevice();
     EXPECT_EQ(compacted, updated);
     EXPECT_EQ(54, traceOne(compacted, 0.5f).t);
-    // Its keys may be at other times.
     OptixAccelBuildOptions other = options;
-    other.motionOptions = {2, 0, 1000, 1002};
-    for (const auto& [range, time, t] :
-         {std::tuple(other, 1001.0f, 54), std::tuple(options, 0.25f, 52)}) {
-        ASSERT_OK(optixAccelBuild(context_, nullptr, &range, &mesh.input, 1, temp.address(),
-                                  temp.size(), small.address(), small.size(), &updated, nullptr,
-                                  0));
-        waitForDevice();
-        EXPECT_EQ(t, traceOne(compacted, time).t);
-    }
+    other.motionOptions.timeEnd = 2;
+    EXPECT_REJECTED(OPTIX_ERROR_INVALID_VALUE, "optixAccelBuild", "motion range",
+                    optixAccelBuild(context_, nullptr, &other, &mesh.input, 1, temp.address(),
+                                    temp.size(), small.address(), small.size(), &updated, nullptr,
+                                    0));
+    log_.clear();
     // Relocate.
     OptixAccelRelocationInfo info{};
     ASSERT_OK(optixAccelGetRelocationInfo(context_, compacted, &info));
@@ -556,7 +552,7 @@ TEST_P(MotionTest, UpdatesCompactionAndRelocationKeepMotion) {
     for (OptixSRTData& key : srt->srtData)
         key.tz += 100;
     options = buildOptions(OPTIX_BUILD_FLAG_ALLOW_UPDATE);
-    options.motionOptions = {3, 0, 0, 2};
+    options.motionOptions = {3, 0, 0, 1};
     ASSERT_OK(optixAccelComputeMemoryUsage(context_, &options, &list.input, 1, &sizes));
     options.operation = OPTIX_BUILD_OPERATION_UPDATE;
     Buffer scratch(sizes.tempUpdateSizeInBytes);

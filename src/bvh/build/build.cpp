@@ -579,6 +579,10 @@ void checkSameShape(const BlockHeader& header, const BlockHeader& wanted) {
     if (header.motionKeys != wanted.motionKeys)
         fail(Code::kInvalidValue, "an update has ", wanted.motionKeys,
              " motion keys, the build had ", header.motionKeys);
+    if (wanted.motionKeys > 1 &&
+        (header.motionFlags != wanted.motionFlags || header.motionBegin != wanted.motionBegin ||
+         header.motionEnd != wanted.motionEnd))
+        fail(Code::kInvalidValue, "an update has another motion range than the build");
     if (header.numInputs != wanted.numInputs || header.numPrimitives != wanted.numPrimitives)
         fail(Code::kInvalidValue, "an update has ", wanted.numInputs, " build inputs with ",
              wanted.numPrimitives, " primitives, the build had ", header.numInputs, " with ",
@@ -591,6 +595,9 @@ void checkSameShape(const BlockHeader& header, const BuildOptions& options, Bloc
     wanted.options = optionBits(options);
     wanted.type = type;
     wanted.motionKeys = keys;
+    wanted.motionFlags = options.motion.flags;
+    wanted.motionBegin = options.motion.begin;
+    wanted.motionEnd = options.motion.end;
     wanted.numInputs = numInputs;
     wanted.numPrimitives = numPrimitives;
     checkSameShape(header, wanted);
@@ -634,14 +641,6 @@ void checkUpdate(const BuildInputs& inputs, const BuildOptions& options, const v
     checkMicromapUpdate(header, inputs.triangles);
 }
 
-void takeMotionRange(BlockHeader& header, const MotionOptions& motion) {
-    if (header.motionKeys > 1) {
-        header.motionFlags = motion.flags;
-        header.motionBegin = motion.begin;
-        header.motionEnd = motion.end;
-    }
-}
-
 void update(const BuildInputs& inputs, const BuildOptions& options, void* temp, size_t tempSize,
             void* output, size_t outputSize) {
     if (hasShapes(inputs))
@@ -653,7 +652,6 @@ void update(const BuildInputs& inputs, const BuildOptions& options, void* temp, 
     inArena([&] {
         if (hasMicromaps(headerOf(block)->type) && options.allowMicromapUpdate)
             bindMicromaps(block, inputs.triangles);
-        takeMotionRange(*reinterpret_cast<BlockHeader*>(block), options.motion);
         if (plan.keys > 1)
             refitMotion(block, Sources(inputs), MotionReader(inputs, plan.keys),
                         {static_cast<KeyBounds*>(temp), true});

@@ -29,8 +29,6 @@ void checkBuffer(const char* name, const void* buffer, size_t size, size_t neede
 // Throws Error(kInvalidValue) unless a structure with this header may be updated from inputs of
 // this shape.
 void checkSameShape(const BlockHeader& header, const BlockHeader& wanted);
-// An update may have another motion range than the build.
-void takeMotionRange(BlockHeader& header, const MotionOptions& motion);
 void checkSameShape(const BlockHeader& header, const BuildOptions& options, BlockType type,
                     uint32_t keys, uint32_t numInputs, uint32_t numPrimitives);
 

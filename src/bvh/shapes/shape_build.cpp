@@ -560,7 +560,6 @@ void updateShapes(const BuildInputs& inputs, const BuildOptions& options, void* 
     inArena([&] {
         auto* const block = static_cast<uint8_t*>(output);
         BlockHeader& header = *reinterpret_cast<BlockHeader*>(block);
-        takeMotionRange(header, options.motion);
         const ShapeStore store(block);
         store.read(inputs);
         markBends(store, header.numPrimitives, ShapePlan(inputs, options).pieces);

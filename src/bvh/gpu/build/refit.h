@@ -34,10 +34,12 @@ SUNSTONE_INLINE bool isExpected(const BuildJob& job, const BlockHeader& is,
                                 const BlockHeader& wanted) {
     return is.magic == kGpuBlockMagic && is.version == wanted.version && is.type == wanted.type &&
            is.options == wanted.options && (is.options & kOptionUpdate) &&
-           is.motionKeys == wanted.motionKeys && is.shape == wanted.shape &&
-           is.numInputs == wanted.numInputs && is.numPrimitives == wanted.numPrimitives &&
-           is.inputsOffset == wanted.inputsOffset && is.usedSize <= job.outputSize &&
-           is.numNodes <= job.maxWide && is.numLeaves <= job.maxReferences;
+           is.motionKeys == wanted.motionKeys && is.motionFlags == wanted.motionFlags &&
+           is.motionBegin == wanted.motionBegin && is.motionEnd == wanted.motionEnd &&
+           is.shape == wanted.shape && is.numInputs == wanted.numInputs &&
+           is.numPrimitives == wanted.numPrimitives && is.inputsOffset == wanted.inputsOffset &&
+           is.usedSize <= job.outputSize && is.numNodes <= job.maxWide &&
+           is.numLeaves <= job.maxReferences;
 }
 
 SUNSTONE_INLINE bool hasSameMicromaps(const BuildJob& job, uint32_t i) {
@@ -70,13 +72,6 @@ SUNSTONE_KERNEL sunstone_update_check(BuildJob job) {
         same = hasSameMicromaps(job, i);
     if (!same)
         atomicExch(&countersOf(job).failure, uint32_t(kNotThatStructure));
-    __syncthreads();
-    if (threadIdx.x == 0 && countersOf(job).failure == 0) { // the range of times may change
-        BlockHeader& header = *at<BlockHeader>(job.output);
-        header.motionFlags = headers[1].motionFlags;
-        header.motionBegin = headers[1].motionBegin;
-        header.motionEnd = headers[1].motionEnd;
-    }
 }
 
 // ---- records ----------------------------------------------------------------------------------
