@@ -20,6 +20,9 @@ namespace sunstone {
 
 constexpr unsigned kHandleSlotBits = 24;
 
+// Counts from one, in the whole process.
+uint64_t newSerial();
+
 // A number that no other handle has, for the slot (0: of no table).
 uint64_t newHandle(uint64_t slot = 0);
 

@@ -48,8 +48,7 @@ inline bool Tracer<Records>::enterMovingTriangles(const isa::MovingNodes& nodes,
                                          const bvh::BlockHeader* block, bvh::KeySegment at,
                                          const isa::RaySetup& setup) {
     if (programsMayRun(block)) {
-        isa::Moving<ProgramTriangles> visitor(at, *this, setup, culling(),
-                                              tmax_);
+        isa::Moving<ProgramTriangles> visitor(at, *this, setup, culling(), tmax_);
         isa::traverseNodes(block, nodes, visitor);
         return ended_;
     }
@@ -75,8 +74,8 @@ inline bool Tracer<Records>::walkMovingMicromaps(const isa::MovingNodes& nodes,
                                         const isa::RaySetup& setup) {
     const bool twoStates =
         (rayFlags_ & kRayForceMicromap2State) || (instanceFlags_ & kInstanceForceMicromap2State);
-    isa::Moving<MicromapTriangles<kAll>> visitor(at, *this, setup, culling(), isa::MicromapLookup(block), twoStates,
-                                                 tmax_);
+    isa::Moving<MicromapTriangles<kAll>> visitor(at, *this, setup, culling(),
+                                                 isa::MicromapLookup(block), twoStates, tmax_);
     isa::traverseNodes(block, nodes, visitor);
     return ended_;
 }

@@ -439,8 +439,7 @@ private:
         SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf) {
             constexpr unsigned N = F::kLanes;
             isa::TriangleCandidates<N> c;
-            for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, tmax, c); m;
-                 m &= m - 1) {
+            for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, tmax, c); m; m &= m - 1) {
                 const unsigned i = isa::lowestBit(m);
                 if (c.t[i] > tmax || culling.drops(c.det[i], leaf.sbt[i]))
                     continue;
@@ -483,8 +482,7 @@ private:
         SUNSTONE_INLINE_MEMBER bool visit(const Leaf& leaf) {
             constexpr unsigned N = F::kLanes;
             isa::TriangleCandidates<N> c;
-            for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, tmax, c); m;
-                 m &= m - 1) {
+            for (isa::Mask m = isa::testTriangles<N, F>(leaf, setup, tmax, c); m; m &= m - 1) {
                 const unsigned i = isa::lowestBit(m);
                 if (c.t[i] > tmax || culling.drops(c.det[i], leaf.sbt[i]))
                     continue;
@@ -530,9 +528,8 @@ private:
     bool walkMicromaps(const bvh::BlockHeader* block, const isa::RaySetup& setup) {
         const bool twoStates = (rayFlags_ & kRayForceMicromap2State) ||
                                (instanceFlags_ & kInstanceForceMicromap2State);
-        MicromapTriangles<kAll> visitor{
-            *this,     setup, culling(), isa::MicromapLookup(block),
-            twoStates, tmax_};
+        MicromapTriangles<kAll> visitor{*this,     setup, culling(), isa::MicromapLookup(block),
+                                        twoStates, tmax_};
         isa::traverse(block, setup, visitor);
         return ended_;
     }

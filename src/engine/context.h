@@ -3,6 +3,7 @@
 // that numbers program groups. Read next: module.h, pipeline.h, launch.h.
 #pragma once
 
+#include "base/handles.h"
 #include "base/log.h"
 #include "engine/backend.h"
 #include "engine/compile_cache.h"
@@ -25,10 +26,10 @@ struct Context {
     std::function<void(LogLevel, std::string_view tag, std::string_view text)> log;
     // Code compiled before, by any process; null if the owner disables it.
     std::shared_ptr<CompileCache> cache;
-    // SBT headers carry the numbers of program groups. A context's numbers start at one of 4,096
-    // places, so that a pipeline notices records of groups of another context.
-    std::atomic<uint32_t> nextGroup{(uint32_t(uintptr_t(this) / 64) * 0x9E3779B1u & 0xFFF00000u) +
-                                    1};
+    // SBT headers carry the numbers of program groups. The numbers of a context start at one of
+    // 4,096 places, the next context's at another one, so that a pipeline notices records of groups
+    // of another context.
+    std::atomic<uint32_t> nextGroup{uint32_t(newSerial() % 4096) << 20 | 1};
     const Wording* wording = &plainWording(); // of messages
 };
 

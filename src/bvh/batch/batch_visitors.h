@@ -76,8 +76,7 @@ struct BatchTriangles {
 
     SUNSTONE_INLINE_MEMBER BatchTriangles(const RaySetup& s, Judge& j,
                                           const uint32_t* triangleMasks, uint32_t rayMask)
-        : setup(s), judge(j), masks(triangleMasks), mask(rayMask),
-          tmax(j.tmax) {}
+        : setup(s), judge(j), masks(triangleMasks), mask(rayMask), tmax(j.tmax) {}
 
     template <unsigned N, class F>
     SUNSTONE_INLINE_MEMBER bool visit(const TriangleLeaf<N>& leaf) {

@@ -251,7 +251,7 @@ private:
             const Flight& f = flights_[lists_[now][list][k]];
             const uint8_t* const node = f.block + offsetOf(NodeRef(*f.top));
             F8 distance;
-            hits_[k] = testNode(node, SlabLanes(*f.setup), f.tmax, distance);
+            hits_[k] = testNode(node, f.setup->nearPlanes, SlabLanes(*f.setup), f.tmax, distance);
             store(distances_[k], distance);
             children_[k] = reinterpret_cast<const Node*>(node)->children;
         }

@@ -118,7 +118,7 @@ private:
 
     SUNSTONE_INLINE_MEMBER Mask test(const uint8_t* node, const StreamRay<Judge>& ray,
                                      F8& distance) const {
-        return testNode(node, SlabLanes(ray.setup), ray.judge.tmax, distance);
+        return testNode(node, ray.setup.nearPlanes, SlabLanes(ray.setup), ray.judge.tmax, distance);
     }
 
     // Whether the ray has ended.

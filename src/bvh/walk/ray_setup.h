@@ -42,8 +42,9 @@ struct RaySetup {
     SUNSTONE_INLINE_MEMBER bool isBackwards(int i) const { return nearPlanes[i] & kPlanesSize; }
 };
 
-// The same values, of which the compiler knows nothing: it reads them here from memory. Otherwise it
-// reads and duplicates them once per ray and keeps the vectors on the stack.
+// The set-up behind an address that hides its origin: the compiler reads the values from memory
+// where they are used. Otherwise it reads and duplicates them once per ray and keeps the vectors on
+// the stack.
 SUNSTONE_INLINE const RaySetup& reloaded(const RaySetup& setup) {
     const RaySetup* address = &setup;
     asm volatile("" : "+r"(address));

@@ -36,7 +36,7 @@ struct ShearLanes {
 template <class F>
 SUNSTONE_INLINE ShearLanes<F> shearLanes(const RaySetup& s) {
     F* const f = nullptr;
-    return {splat(s.org[s.axis[0]], f), splat(s.org[s.axis[1]], f), splat(s.org[s.axis[2]], f),
+    return {splat(s.org[s.axis[0]], f),   splat(s.org[s.axis[1]], f),   splat(s.org[s.axis[2]], f),
             splat(s.slope[s.axis[0]], f), splat(s.slope[s.axis[1]], f), splat(s.slope[3], f)};
 }
 

@@ -7,6 +7,11 @@
 //   float tmax;                         children beyond it are not visited
 //   bool leaf(const uint8_t* block, NodeRef ref);   true ends the traversal
 //
+// A Nodes, the test of nodes, has
+//   Mask test(const uint8_t* node, float tmax, F8& distance);   the children that the ray meets
+//   void prefetch(const uint8_t* block, uint64_t offset);
+//   reloaded()      the same test, with values for the registers of a loop over nodes
+//
 // Stack entries are 8 bytes: the bits of the entry distance above, the node below, so that sorting
 // children is integer minimum and maximum. Distances are never negative, so their bits order like
 // the numbers.
@@ -49,14 +54,11 @@ SUNSTONE_INLINE void prefetchChild(const uint8_t* block, NodeRef ref) {
     __builtin_prefetch(last + (ref & kWideLeaf) * 64);
 }
 
-// Ray values in eight lanes for box tests, and the places of planes.
+// Ray values in eight lanes for box tests.
 struct SlabLanes {
     F8 nearR[3], nearC[3], farR[3], farC[3], org[3], tmin;
-    uint32_t nearPlanes[3];
     explicit SlabLanes(const RaySetup& s) : tmin(splat(larger(s.tmin, 0.0f), (F8*)nullptr)) {
         for (int i = 0; i < 3; ++i) {
-            // A wide load of several members would wait until their stores have left the queue.
-            nearPlanes[i] = static_cast<const volatile uint32_t&>(s.nearPlanes[i]);
             nearR[i] = splat(s.nearR[i], (F8*)nullptr);
             nearC[i] = splat(s.nearC[i], (F8*)nullptr);
             farR[i] = splat(s.farR[i], (F8*)nullptr);
@@ -64,23 +66,23 @@ struct SlabLanes {
             org[i] = splat(s.org[i], (F8*)nullptr);
         }
     }
-    SUNSTONE_INLINE_MEMBER uint32_t farPlanes(int i) const { return nearPlanes[i] ^ kPlanesSize; }
 };
 
 // The children of a node whose boxes the ray meets before tmax, and their distances. The operand
 // order matters for NaN (an infinite plane times zero): min and max return their second operand.
-SUNSTONE_INLINE Mask testNode(const uint8_t* node, const SlabLanes& r, float tmax,
-                              F8& distance) {
+// `near`: RaySetup::nearPlanes.
+SUNSTONE_INLINE Mask testNode(const uint8_t* node, const uint32_t* near, const SlabLanes& r,
+                              float tmax, F8& distance) {
     F8* const f = nullptr;
     const auto plane = [&](uint32_t offset) {
         return load(reinterpret_cast<const float*>(node + offset), f);
     };
-    const F8 nearX = slab(plane(r.nearPlanes[0]), r.org[0], r.nearR[0], r.nearC[0]);
-    const F8 nearY = slab(plane(r.nearPlanes[1]), r.org[1], r.nearR[1], r.nearC[1]);
-    const F8 nearZ = slab(plane(r.nearPlanes[2]), r.org[2], r.nearR[2], r.nearC[2]);
-    const F8 farX = slab(plane(r.farPlanes(0)), r.org[0], r.farR[0], r.farC[0]);
-    const F8 farY = slab(plane(r.farPlanes(1)), r.org[1], r.farR[1], r.farC[1]);
-    const F8 farZ = slab(plane(r.farPlanes(2)), r.org[2], r.farR[2], r.farC[2]);
+    const F8 nearX = slab(plane(near[0]), r.org[0], r.nearR[0], r.nearC[0]);
+    const F8 nearY = slab(plane(near[1]), r.org[1], r.nearR[1], r.nearC[1]);
+    const F8 nearZ = slab(plane(near[2]), r.org[2], r.nearR[2], r.nearC[2]);
+    const F8 farX = slab(plane(near[0] ^ kPlanesSize), r.org[0], r.farR[0], r.farC[0]);
+    const F8 farY = slab(plane(near[1] ^ kPlanesSize), r.org[1], r.farR[1], r.farC[1]);
+    const F8 farZ = slab(plane(near[2] ^ kPlanesSize), r.org[2], r.farR[2], r.farC[2]);
     distance = max(max(nearX, nearY), max(nearZ, r.tmin));
     const F8 end = min(min(farX, farY), min(farZ, splat(tmax, f)));
     return lessEqual(distance, end);
@@ -90,11 +92,19 @@ SUNSTONE_INLINE Mask testNode(const uint8_t* node, const SlabLanes& r, float tma
 struct StillNodes {
     const RaySetup& setup;
     SlabLanes lanes;
+    uint32_t near[3];
 
-    SUNSTONE_INLINE_MEMBER explicit StillNodes(const RaySetup& s) : setup(s), lanes(s) {}
-    SUNSTONE_INLINE_MEMBER StillNodes reloaded() const { return StillNodes(SUNSTONE_ISA::reloaded(setup)); }
+    // Words of `near` are read one at a time. A wide load of several members of the set-up would
+    // wait until their stores have left the queue.
+    SUNSTONE_INLINE_MEMBER explicit StillNodes(const RaySetup& s) : setup(s), lanes(s) {
+        for (int i = 0; i < 3; ++i)
+            near[i] = static_cast<const volatile uint32_t&>(s.nearPlanes[i]);
+    }
+    SUNSTONE_INLINE_MEMBER StillNodes reloaded() const {
+        return StillNodes(SUNSTONE_ISA::reloaded(setup));
+    }
     SUNSTONE_INLINE_MEMBER Mask test(const uint8_t* node, float tmax, F8& distance) const {
-        return testNode(node, lanes, tmax, distance);
+        return testNode(node, near, lanes, tmax, distance);
     }
     SUNSTONE_INLINE_MEMBER static void prefetch(const uint8_t* block, uint64_t offset) {
         prefetchNode(block, offset);
