@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Traversal kernels and builders against Embree 3 on identical ray arrays, one ray at a time.
 //   bench_kernels [--quick] [--scene N] [--isa avx512|avx2|baseline] [--threads] [--refit]
-//                 [--fast-build | --fast-trace] [--motion]
+//                 [--fast-build | --fast-trace] [--motion] [--builds N]
+// --builds: only N builds of each side, processor time.
 // Runs alternate between the two; the best of several counts. Meshes and Sunstone's structure are
 // in memory with huge pages, like device memory and Embree's memory. Single-thread rows are
 // processor time.
@@ -159,7 +160,7 @@ void print(const char* scene, const char* rays, const Contest& c, bool allThread
 struct Options {
     bool quick = false, threads = false, fastBuild = false, fastTrace = false, refit = false,
          motion = false;
-    int scene = -1;
+    int scene = -1, builds = 0;
     bvh::Isa isa = bvh::chosenIsa();
 };
 
@@ -205,6 +206,18 @@ void benchRefit(const Mesh& mesh, const bvh::BuildInputs& inputs, bvh::BuildOpti
     std::fflush(stdout);
 }
 
+void printBuilds(const char* scene, std::vector<double> ours, std::vector<double> embree) {
+    std::vector<double> ratios;
+    for (size_t i = 0; i < ours.size(); ++i)
+        ratios.push_back(embree[i] / ours[i]);
+    for (std::vector<double>* values : {&ours, &embree, &ratios})
+        std::sort(values->begin(), values->end());
+    const double best = ours.front() * 1e3, peer = embree.front() * 1e3;
+    std::printf("| %-9s | builds   | sum  | %7.0f | %7.0f | %5.2f | median ratio %.2f |\n", scene,
+                best, peer, peer / best, ratios[ratios.size() / 2]);
+    std::fflush(stdout);
+}
+
 void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Options& options) {
     std::fprintf(stderr, "making a scene of %u triangles\n", triangles);
     const Mesh mesh = makeScene(kind, triangles);
@@ -232,16 +245,25 @@ void benchScene(RTCDevice device, SceneKind kind, uint32_t triangles, const Opti
     output.reserve(usage.output);
     double ourBuild = 1e30, embreeBuild = 1e30;
     RTCScene scene = nullptr;
-    const int builds = options.quick ? 2 : 4;
+    std::vector<double> ourProcessors, embreeProcessors;
+    const int builds = options.builds ? options.builds : options.quick ? 2 : 4;
     for (int i = 0; i < builds; ++i) {
-        ourBuild = std::min(ourBuild, seconds([&] {
-                                bvh::build(inputs, buildOptions, temp.memory, temp.capacity,
-                                           output.memory, output.capacity);
-                            }));
+        ourProcessors.push_back(processSeconds([&] {
+            ourBuild = std::min(ourBuild, seconds([&] {
+                                    bvh::build(inputs, buildOptions, temp.memory, temp.capacity,
+                                               output.memory, output.capacity);
+                                }));
+        }));
         if (scene)
             rtcReleaseScene(scene);
         scene = embreeScene(device, mesh, memory, moved);
-        embreeBuild = std::min(embreeBuild, seconds([&] { rtcCommitScene(scene); }));
+        embreeProcessors.push_back(processSeconds(
+            [&] { embreeBuild = std::min(embreeBuild, seconds([&] { rtcCommitScene(scene); })); }));
+    }
+    if (options.builds) {
+        printBuilds(mesh.name.c_str(), ourProcessors, embreeProcessors);
+        rtcReleaseScene(scene);
+        return;
     }
     const uint64_t used = bvh::compactedSize(output.memory);
     std::printf("| %-9s | build ms | all  | %7.0f | %7.0f | %5.2f | %.1f B/tri |\n",
@@ -361,6 +383,8 @@ int main(int argc, char** argv) {
             options.motion = true;
         } else if (word == "--refit") {
             options.refit = true;
+        } else if (word == "--builds" && i + 1 < argc) {
+            options.builds = std::atoi(argv[++i]);
         } else if (word == "--scene" && i + 1 < argc) {
             options.scene = std::atoi(argv[++i]);
         } else if (word == "--isa" && i + 1 < argc) {
@@ -369,9 +393,10 @@ int main(int argc, char** argv) {
                           : isa == "avx2" ? bvh::Isa::kAvx2
                                           : bvh::Isa::kBaseline;
         } else {
-            std::fprintf(stderr, "bench_kernels [--quick] [--threads] [--fast-build | --fast-trace] "
-                                 "[--refit] [--motion] [--scene 0-3] "
-                                 "[--isa avx512|avx2|baseline]\n");
+            std::fprintf(stderr,
+                         "bench_kernels [--quick] [--threads] [--fast-build | --fast-trace] "
+                         "[--refit] [--motion] [--builds N] [--scene 0-6] "
+                         "[--isa avx512|avx2|baseline]\n");
             return 1;
         }
     }
@@ -380,18 +405,19 @@ int main(int argc, char** argv) {
         return 1;
     }
     RTCDevice device = rtcNewDevice(nullptr);
-    std::printf("instruction set %s; Mrays/s, one ray at a time; ratio > 1 (build: < 1) = ours "
-                "faster\n\n| scene     | rays     | thr. | ours    | Embree  | ratio | hits |\n"
-                "|---|---|---|---|---|---|---|\n",
-                bvh::isaName(options.isa));
+    std::printf(
+        "instruction set %s; Mrays/s, one ray at a time; ratio > 1 (build ms: < 1) = "
+        "ours faster\n\n| scene     | rays     | thr. | ours    | Embree  | ratio | hits |\n"
+        "|---|---|---|---|---|---|---|\n",
+        bvh::isaName(options.isa));
     const struct {
         SceneKind kind;
         uint32_t triangles;
-    } scenes[] = {{SceneKind::kTerrain, 2000000},
-                  {SceneKind::kSoup, 1000000},
-                  {SceneKind::kLongThin, 1000000},
-                  {SceneKind::kSpheres, 10000000}};
-    for (int i = 0; i < 4; ++i)
+    } scenes[] = {{SceneKind::kTerrain, 2000000},     {SceneKind::kSoup, 1000000},
+                  {SceneKind::kLongThin, 1000000},    {SceneKind::kSpheres, 10000000},
+                  {SceneKind::kOverlapping, 1000000}, {SceneKind::kInterior, 1000000},
+                  {SceneKind::kLeaves, 1000000}};
+    for (int i = 0; i < int(std::size(scenes)); ++i)
         if (options.scene < 0 || options.scene == i)
             benchScene(device, scenes[i].kind, scenes[i].triangles, options);
     rtcReleaseDevice(device);

@@ -26,6 +26,7 @@ public:
         std::fill(std::begin(node.pad), std::end(node.pad), 0u);
         unsigned order[8];
         sortByArea(from, order);
+        prefetchLeaves(from);
         uint64_t leafAt = offset + rules_.nodeBytes, innerAt[8];
         for (unsigned i = 0; i < from.numChildren; ++i) {
             const TreeChild& c = from.children[order[i]];
@@ -61,6 +62,13 @@ public:
     }
 
 private:
+    void prefetchLeaves(const TreeNode& node) const {
+        for (int round = 0; round < LeafWriter::kPrefetchRounds; ++round)
+            for (unsigned i = 0; i < node.numChildren; ++i)
+                if (const TreeChild& c = node.children[i]; c.count)
+                    writer_.prefetch(tree_.references + c.first, c.count, round);
+    }
+
     // Large children come first, because rays that end at any hit visit children in this order.
     static void sortByArea(const TreeNode& node, unsigned order[8]) {
         float area[8];

@@ -13,208 +13,16 @@
 // Below kSahDepth levels (pathological input) ranges are halved by count, which bounds the depth.
 #pragma once
 
-#include "bvh/build/tree.h"
+#include "bvh/build/sah_bins.h"
 #include "bvh/parallel.h"
-#include "bvh/simd.h"
 
 namespace sunstone::bvh::SUNSTONE_ISA {
 
-constexpr uint32_t kMaxBins = 32;
 constexpr uint32_t kParallelCount = 1u << 16;
 constexpr uint32_t kPartitionBlock = 1u << 14;
+constexpr uint32_t kTwoSetsCount = 512;
 constexpr uint32_t kTaskCount = 2048;
 constexpr unsigned kSahDepth = 32;
-
-// Lower corner in words 0-2, negated upper in 4-6; words 3 and 7 are undefined.
-struct Bounds {
-    F8 v;
-};
-SUNSTONE_INLINE Bounds emptyBounds() {
-    return {splat(__builtin_inff(), (F8*)nullptr)};
-}
-SUNSTONE_INLINE Bounds unite(Bounds a, Bounds b) {
-    return {min(a.v, b.v)};
-}
-SUNSTONE_INLINE Bounds boundsOf(const PrimitiveRef& ref) {
-    return {load(ref.lower, (F8*)nullptr)};
-}
-
-SUNSTONE_INLINE F4 highHalf(F8 a) {
-#if defined(__AVX2__)
-    return {_mm256_extractf128_ps(a.v, 1)};
-#else
-    return {a.hi};
-#endif
-}
-SUNSTONE_INLINE F8 fromHalves(F4 lo, F4 hi) {
-#if defined(__AVX2__)
-    return {_mm256_set_m128(hi.v, lo.v)};
-#else
-    return {lo.v, hi.v};
-#endif
-}
-
-// upper - lower
-SUNSTONE_INLINE F4 extent(Bounds b) {
-    const F4 sum = highHalf(b.v) + lowHalf(b.v);
-    return splat(0.0f, (F4*)nullptr) - sum;
-}
-SUNSTONE_INLINE float areaOf(Bounds b) {
-    alignas(16) float d[4];
-    store(d, extent(b));
-    return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
-}
-// Twice the centroid, in words 0-2.
-SUNSTONE_INLINE F4 centroid(Bounds b) {
-    return lowHalf(b.v) - highHalf(b.v);
-}
-SUNSTONE_INLINE Bounds pointBounds(F4 c) {
-    return {fromHalves(c, splat(0.0f, (F4*)nullptr) - c)};
-}
-
-struct Range {
-    Bounds box, centroids;
-    uint32_t begin, end;
-    bool inScratch; // which of the two arrays holds the references
-    bool leaf;
-    float area;
-
-    uint32_t count() const { return end - begin; }
-};
-
-// The mapping of centroids to bins.
-struct Binning {
-    F4 origin, scale;
-    uint32_t count;
-    bool splittable[3];
-
-    SUNSTONE_INLINE_MEMBER Binning(const Range& range) {
-        const uint32_t wanted = 6 + range.count() / 16;
-        count = wanted < kMaxBins ? wanted : kMaxBins;
-        alignas(16) float size[4], factor[4] = {};
-        store(size, extent(range.centroids));
-        for (int i = 0; i < 3; ++i) {
-            // Slightly less than count / size, so that the largest centroid falls into the last
-            // bin.
-            factor[i] = float(count) * 0.99999f / size[i];
-            splittable[i] = size[i] > 0 && factor[i] > 0 && factor[i] < 0x1p100f;
-            if (!splittable[i])
-                factor[i] = 0;
-        }
-        origin = lowHalf(range.centroids.v);
-        scale = load(factor, (F4*)nullptr);
-    }
-    SUNSTONE_INLINE_MEMBER __m128i bins(F4 c) const {
-        return _mm_cvttps_epi32(((c - origin) * scale).v);
-    }
-};
-
-// Boxes and counts by bin and axis; lane 3 of the counts is undefined.
-struct alignas(64) Bins {
-    Bounds box[kMaxBins][3];
-    alignas(16) uint32_t count[kMaxBins][4];
-
-    SUNSTONE_INLINE_MEMBER void clear(uint32_t bins) {
-        for (uint32_t i = 0; i < bins; ++i) {
-            box[i][0] = box[i][1] = box[i][2] = emptyBounds();
-            _mm_store_si128(reinterpret_cast<__m128i*>(count[i]), _mm_setzero_si128());
-        }
-    }
-    SUNSTONE_INLINE_MEMBER void add(const Binning& binning, const PrimitiveRef* refs, size_t n) {
-        for (size_t i = 0; i < n; ++i) {
-            const Bounds b = boundsOf(refs[i]);
-            const __m128i at = binning.bins(centroid(b));
-            const uint64_t xy = uint64_t(_mm_cvtsi128_si64(at));
-            const uint32_t x = uint32_t(xy), y = uint32_t(xy >> 32);
-            const uint32_t z = uint32_t(_mm_cvtsi128_si32(_mm_unpackhi_epi64(at, at)));
-            box[x][0] = unite(box[x][0], b);
-            box[y][1] = unite(box[y][1], b);
-            box[z][2] = unite(box[z][2], b);
-            ++count[x][0];
-            ++count[y][1];
-            ++count[z][2];
-        }
-    }
-    SUNSTONE_INLINE_MEMBER void merge(const Bins& other, uint32_t bins) {
-        for (uint32_t i = 0; i < bins; ++i)
-            for (int a = 0; a < 3; ++a) {
-                box[i][a] = unite(box[i][a], other.box[i][a]);
-                count[i][a] += other.count[i][a];
-            }
-    }
-};
-
-struct Split {
-    int axis = -1;                 // -1: halve by position
-    uint32_t bin = 0;              // first bin of the right side
-    float cost = __builtin_inff(); // sum of area * blocks of both sides
-    Bounds left, right;            // boxes of the sides
-};
-
-// State of a sweep over the bins, for the three axes side by side.
-struct Sweep {
-    Bounds box[3] = {emptyBounds(), emptyBounds(), emptyBounds()};
-    __m128i count = _mm_setzero_si128();
-
-    SUNSTONE_INLINE_MEMBER void add(const Bins& bins, uint32_t i) {
-        for (int a = 0; a < 3; ++a)
-            box[a] = unite(box[a], bins.box[i][a]);
-        count =
-            _mm_add_epi32(count, _mm_load_si128(reinterpret_cast<const __m128i*>(bins.count[i])));
-    }
-    // area * blocks; infinite if there are fewer references than a leaf needs.
-    SUNSTONE_INLINE_MEMBER __m128 cost(const LeafRules& rules) const {
-        __m128 x = extent(box[0]).v, y = extent(box[1]).v, z = extent(box[2]).v;
-        __m128 unused = _mm_setzero_ps();
-        _MM_TRANSPOSE4_PS(x, y, z, unused);
-        const __m128 area =
-            _mm_add_ps(_mm_add_ps(_mm_mul_ps(x, y), _mm_mul_ps(y, z)), _mm_mul_ps(z, x));
-        const __m128i blocks =
-            rules.maxCount > 1 ? _mm_srli_epi32(_mm_add_epi32(count, _mm_set1_epi32(3)), 2) : count;
-        const __m128 few =
-            _mm_castsi128_ps(_mm_cmplt_epi32(count, _mm_set1_epi32(int(rules.minCount))));
-        const __m128 cost = _mm_mul_ps(area, _mm_cvtepi32_ps(blocks));
-        return _mm_or_ps(_mm_andnot_ps(few, cost), _mm_and_ps(few, _mm_set1_ps(__builtin_inff())));
-    }
-};
-
-SUNSTONE_INLINE Split bestSplit(const Bins& bins, const Binning& binning, const LeafRules& rules) {
-    __m128 rightCost[kMaxBins];
-    Sweep right;
-    for (uint32_t i = binning.count - 1; i > 0; --i) {
-        right.add(bins, i);
-        rightCost[i] = right.cost(rules);
-    }
-    Sweep left;
-    __m128 best = _mm_set1_ps(__builtin_inff());
-    __m128i bestBin = _mm_setzero_si128();
-    for (uint32_t i = 1; i < binning.count; ++i) {
-        left.add(bins, i - 1);
-        const __m128 cost = _mm_add_ps(left.cost(rules), rightCost[i]);
-        const __m128i better = _mm_castps_si128(_mm_cmplt_ps(cost, best));
-        best = _mm_min_ps(cost, best); // best where cost is NaN
-        bestBin = _mm_or_si128(_mm_and_si128(better, _mm_set1_epi32(int(i))),
-                               _mm_andnot_si128(better, bestBin));
-    }
-    alignas(16) float costs[4];
-    alignas(16) uint32_t positions[4];
-    _mm_store_ps(costs, best);
-    _mm_store_si128(reinterpret_cast<__m128i*>(positions), bestBin);
-    Split split;
-    for (int axis = 0; axis < 3; ++axis)
-        if (binning.splittable[axis] && costs[axis] < split.cost) {
-            split.axis = axis;
-            split.bin = positions[axis];
-            split.cost = costs[axis];
-        }
-    split.left = split.right = emptyBounds();
-    if (split.axis >= 0)
-        for (uint32_t i = 0; i < binning.count; ++i) {
-            Bounds& side = i < split.bin ? split.left : split.right;
-            side = unite(side, bins.box[i][split.axis]);
-        }
-    return split;
-}
 
 class SahBuilder {
 public:
@@ -271,13 +79,23 @@ private:
         range.centroids = centroids;
     }
 
+    static void addByTwoSets(Bins& bins, const Binning& binning, const PrimitiveRef* refs,
+                             size_t n) {
+        Bins odd;
+        odd.clear(binning.count);
+        bins.add(binning, refs, n, odd);
+        bins.merge(odd, binning.count);
+    }
+
     Split findSplit(const Range& range, const Binning& binning) {
         Bins bins;
         bins.clear(binning.count);
         const PrimitiveRef* r = refs(range.inScratch) + range.begin;
         const uint32_t n = range.count();
-        if (n < kParallelCount) {
-            bins.add(binning, r, n);
+        if (n < kTwoSetsCount) {
+            bins.add(binning, r, n, bins);
+        } else if (n < kParallelCount) {
+            addByTwoSets(bins, binning, r, n);
         } else {
             // Few large parts, because merging bins also costs time.
             const uint32_t part = n / 64 > kPartitionBlock ? n / 64 : kPartitionBlock;
@@ -285,7 +103,7 @@ private:
             Bins* parts = new Bins[numParts];
             auto body = [&](size_t b, size_t e, size_t block) {
                 parts[block].clear(binning.count);
-                parts[block].add(binning, r + b, e - b);
+                addByTwoSets(parts[block], binning, r + b, e - b);
             };
             parallelBlocks(n, part, body);
             for (uint32_t i = 0; i < numParts; ++i)
@@ -355,35 +173,31 @@ private:
         SUNSTONE_INLINE_MEMBER bool left(const PrimitiveRef& r) const {
             return int32_t(((r.lower[axis] - r.negUpper[axis]) - origin) * scale) < bin;
         }
+        // The sides of up to kGroup references, as bits: see Bins::add.
+        SUNSTONE_INLINE_MEMBER uint32_t left(const PrimitiveRef* refs, size_t n) const {
+            uint32_t bits = 0;
+            for (size_t i = 0; i < n; ++i)
+                bits |= uint32_t(left(refs[i])) << i;
+            return bits;
+        }
     };
 
-    // Bounds of the centroids on both sides, without an unpredictable branch.
+    // Bounds of the centroids on both sides, without an unpredictable branch: the other side's
+    // centroids become NaN, which unite ignores as its first operand.
     struct Sides {
-        F4 lower[2] = {splat(__builtin_inff(), (F4*)nullptr),
-                       splat(__builtin_inff(), (F4*)nullptr)};
-        F4 upper[2] = {splat(-__builtin_inff(), (F4*)nullptr),
-                       splat(-__builtin_inff(), (F4*)nullptr)};
+        Bounds left = emptyBounds(), right = emptyBounds();
         SUNSTONE_INLINE_MEMBER void add(bool isLeft, F4 c) {
-            const __m128 left = _mm_castsi128_ps(_mm_set1_epi32(-int(isLeft)));
-            const __m128 inf = _mm_set1_ps(__builtin_inff());
-            const __m128 mine = _mm_and_ps(left, c.v), other = _mm_andnot_ps(left, c.v);
-            const __m128 padLeft = _mm_andnot_ps(left, inf), padRight = _mm_and_ps(left, inf);
-            const __m128 minus = _mm_set1_ps(-0.0f);
-            lower[0] = min({_mm_or_ps(mine, padLeft)}, lower[0]);
-            lower[1] = min({_mm_or_ps(other, padRight)}, lower[1]);
-            upper[0] =
-                max({_mm_or_ps(mine, _mm_or_ps(padLeft, _mm_andnot_ps(left, minus)))}, upper[0]);
-            upper[1] =
-                max({_mm_or_ps(other, _mm_or_ps(padRight, _mm_and_ps(left, minus)))}, upper[1]);
+            const __m128 outside = _mm_castsi128_ps(_mm_set1_epi32(int(isLeft) - 1));
+            const __m128 inside = _mm_castsi128_ps(_mm_set1_epi32(-int(isLeft)));
+            const F4 minus = splat(0.0f, (F4*)nullptr) - c;
+            left =
+                unite({fromHalves({_mm_or_ps(c.v, outside)}, {_mm_or_ps(minus.v, outside)})}, left);
+            right =
+                unite({fromHalves({_mm_or_ps(c.v, inside)}, {_mm_or_ps(minus.v, inside)})}, right);
         }
         SUNSTONE_INLINE_MEMBER void add(const Sides& s) {
-            for (int i = 0; i < 2; ++i) {
-                lower[i] = min(s.lower[i], lower[i]);
-                upper[i] = max(s.upper[i], upper[i]);
-            }
-        }
-        SUNSTONE_INLINE_MEMBER Bounds centroids(int side) const {
-            return {fromHalves(lower[side], splat(0.0f, (F4*)nullptr) - upper[side])};
+            left = unite(s.left, left);
+            right = unite(s.right, right);
         }
     };
 
@@ -395,19 +209,23 @@ private:
         const Chooser chooser(binning, split);
         Sides sides;
         uint32_t toLeft = range.begin, toRight = 0;
-        for (uint32_t i = range.begin; i < range.end; ++i) {
-            const bool isLeft = chooser.left(r[i]);
-            const F8 whole = boundsOf(r[i]).v;
-            sides.add(isLeft, centroid({whole}));
-            store(r[toLeft].lower, whole);
-            store(spare[toRight].lower, whole);
-            toLeft += isLeft;
-            toRight += !isLeft;
+        for (uint32_t first = range.begin; first < range.end; first += kGroup) {
+            const uint32_t group = range.end - first < kGroup ? range.end - first : kGroup;
+            uint32_t bits = chooser.left(r + first, group);
+            for (uint32_t i = first; i < first + group; ++i, bits >>= 1) {
+                const uint32_t isLeft = bits & 1;
+                const F8 whole = boundsOf(r[i]).v;
+                sides.add(isLeft, centroid({whole}));
+                store(r[toLeft].lower, whole);
+                store(spare[toRight].lower, whole);
+                toLeft += isLeft;
+                toRight += 1 - isLeft;
+            }
         }
         for (uint32_t i = 0; i < toRight; ++i)
             r[toLeft + i] = spare[i];
-        left = {split.left, sides.centroids(0), range.begin, toLeft, range.inScratch, false, 0};
-        right = {split.right, sides.centroids(1), toLeft, range.end, range.inScratch, false, 0};
+        left = {split.left, sides.left, range.begin, toLeft, range.inScratch, false, 0};
+        right = {split.right, sides.right, toLeft, range.end, range.inScratch, false, 0};
     }
 
     // Moves the references into the other array, order kept.
@@ -442,18 +260,22 @@ private:
         auto moveBody = [&](size_t b, size_t e, size_t block) {
             uint32_t toLeft = parts[block].leftStart;
             uint32_t toRight = numLeft + uint32_t(b) - toLeft;
-            for (size_t i = b; i < e; ++i) {
-                const bool isLeft = chooser.left(from[i]);
-                to[isLeft ? toLeft : toRight] = from[i];
-                toLeft += isLeft;
-                toRight += !isLeft;
+            for (size_t first = b; first < e; first += kGroup) {
+                const size_t group = e - first < kGroup ? e - first : kGroup;
+                uint32_t bits = chooser.left(from + first, group);
+                for (size_t i = first; i < first + group; ++i, bits >>= 1) {
+                    const uint32_t isLeft = bits & 1;
+                    store(to[isLeft ? toLeft : toRight].lower, boundsOf(from[i]).v);
+                    toLeft += isLeft;
+                    toRight += 1 - isLeft;
+                }
             }
         };
         parallelBlocks(n, kPartitionBlock, moveBody);
         delete[] parts;
         const uint32_t middle = range.begin + numLeft;
-        left = {split.left, sides.centroids(0), range.begin, middle, !range.inScratch, false, 0};
-        right = {split.right, sides.centroids(1), middle, range.end, !range.inScratch, false, 0};
+        left = {split.left, sides.left, range.begin, middle, !range.inScratch, false, 0};
+        right = {split.right, sides.right, middle, range.end, !range.inScratch, false, 0};
     }
 
     // The range to split next: the largest, or -1.

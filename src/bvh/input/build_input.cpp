@@ -157,21 +157,21 @@ bool CustomReader::read(uint32_t primitive, float lower[3], float upper[3]) cons
     return good;
 }
 
-uint32_t SbtReader::sbtWord(uint32_t primitive) const {
-    uint32_t local = 0;
-    if (input_.indexOffsets && input_.indexOffsetSize) {
-        const size_t stride =
-            input_.indexOffsetStride ? input_.indexOffsetStride : input_.indexOffsetSize;
-        const uint8_t* const address =
-            static_cast<const uint8_t*>(input_.indexOffsets) + primitive * stride;
-        local = input_.indexOffsetSize == 1   ? *address
-                : input_.indexOffsetSize == 2 ? readAs<uint16_t>(address)
-                                              : readAs<uint32_t>(address);
-    }
+uint32_t SbtReader::localIndex(uint32_t primitive) const {
+    const size_t stride =
+        input_.indexOffsetStride ? input_.indexOffsetStride : input_.indexOffsetSize;
+    const uint8_t* const address =
+        static_cast<const uint8_t*>(input_.indexOffsets) + primitive * stride;
+    return input_.indexOffsetSize == 1   ? *address
+           : input_.indexOffsetSize == 2 ? readAs<uint16_t>(address)
+                                         : readAs<uint32_t>(address);
+}
+
+uint32_t SbtReader::wordOf(uint32_t localIndex) const {
     // An index beyond the declared records is undefined; clamping to the last record is safe.
-    local = std::min(local, std::max(input_.numSbtRecords, 1u) - 1);
-    const uint32_t flags = input_.flags && input_.numSbtRecords ? input_.flags[local] : 0;
-    return ((firstSbtIndex_ + local) & kSbtIndexMask) | flags << kGeometryFlagShift;
+    localIndex = std::min(localIndex, std::max(input_.numSbtRecords, 1u) - 1);
+    const uint32_t flags = input_.flags && input_.numSbtRecords ? input_.flags[localIndex] : 0;
+    return ((firstSbtIndex_ + localIndex) & kSbtIndexMask) | flags << kGeometryFlagShift;
 }
 
 namespace {

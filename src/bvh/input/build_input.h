@@ -138,8 +138,10 @@ private:
 class SbtReader {
 public:
     SbtReader(const SbtInput& input, uint32_t firstSbtIndex)
-        : input_(input), firstSbtIndex_(firstSbtIndex) {}
-    uint32_t sbtWord(uint32_t primitive) const;
+        : input_(input), firstSbtIndex_(firstSbtIndex), firstWord_(wordOf(0)) {}
+    uint32_t sbtWord(uint32_t primitive) const {
+        return varies() ? wordOf(localIndex(primitive)) : firstWord_;
+    }
     // Whether primitives may have different words.
     bool varies() const { return input_.indexOffsets && input_.indexOffsetSize; }
     uint32_t primitiveIndex(uint32_t primitive) const {
@@ -147,8 +149,12 @@ public:
     }
 
 private:
+    uint32_t localIndex(uint32_t primitive) const;
+    uint32_t wordOf(uint32_t localIndex) const;
+
     SbtInput input_;
     uint32_t firstSbtIndex_;
+    uint32_t firstWord_; // of all primitives if the words do not vary
 };
 
 // The build input of a primitive, from its word in a leaf: the last input whose SBT indices begin
