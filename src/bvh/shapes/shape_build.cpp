@@ -114,6 +114,16 @@ public:
         return makeRef(offset, count <= 4 ? kLeaf : kWideLeaf);
     }
 
+    void prefetch(const PrimitiveRef* references, uint32_t count, int round) const override {
+        for (uint32_t i = 0; i < count && round == 0; ++i) {
+            const uint32_t number = numberOf(references[i].primitive);
+            const float* const points = store_.pointsOf(number, 0);
+            __builtin_prefetch(points);
+            __builtin_prefetch(points + shapeFloats(store_.shape) - 1);
+            __builtin_prefetch(store_.records + number);
+        }
+    }
+
     // Computes the other rows from the pieces in row 0.
     void fill(uint8_t* leaf, uint32_t lanes) const {
         const auto* const words = reinterpret_cast<const uint32_t*>(leaf);
