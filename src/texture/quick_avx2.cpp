@@ -221,14 +221,17 @@ SUNSTONE_INLINE void cubeWeights(__m128i square, uint32_t c, __m128i& near, __m1
     alignas(16) uint32_t first[4], second[4];
     _mm_store_si128(reinterpret_cast<__m128i*>(first), square);
     uint32_t left = c;
-    for (unsigned corner = 4; corner-- > 0;) {
-        uint32_t part = (first[corner] * c + 128) >> 8;
-        if (corner == 0 || part > left)
-            part = left;
+    const auto move = [&](unsigned corner, uint32_t wanted) {
+        uint32_t part = wanted < left ? wanted : left;
+        part = part < first[corner] ? part : first[corner];
         left -= part;
-        second[corner] = part;
-        first[corner] = first[corner] > part ? first[corner] - part : 0;
-    }
+        first[corner] -= part;
+        return part;
+    };
+    for (unsigned corner = 4; corner-- > 0;)
+        second[corner] = move(corner, (first[corner] * c + 128) >> 8);
+    for (unsigned corner = 0; corner < 4 && left > 0; ++corner)
+        second[corner] += move(corner, left);
     near = _mm_load_si128(reinterpret_cast<const __m128i*>(first));
     far = _mm_load_si128(reinterpret_cast<const __m128i*>(second));
 }

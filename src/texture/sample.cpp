@@ -129,14 +129,17 @@ void cornerWeights(const Axis axes[3], unsigned dimensions, uint32_t weights[8])
     for (unsigned d = 0; d < dimensions; ++d) {
         const uint32_t half = 1u << d;
         uint32_t left = axes[d].weight;
-        for (uint32_t corner = half; corner-- > 0;) {
-            uint32_t second = (weights[corner] * axes[d].weight + 128) >> 8;
-            if (corner == 0 || second > left)
-                second = left; // the remainder of rounding
+        const auto move = [&](uint32_t corner, uint32_t wanted) {
+            const uint32_t second = std::min({wanted, left, weights[corner]});
             left -= second;
-            weights[corner + half] = second;
-            weights[corner] = weights[corner] > second ? weights[corner] - second : 0;
-        }
+            weights[corner] -= second;
+            return second;
+        };
+        for (uint32_t corner = half; corner-- > 0;)
+            weights[corner + half] = move(corner, (weights[corner] * axes[d].weight + 128) >> 8);
+        // The remainder of rounding goes to the first corners that have as much.
+        for (uint32_t corner = 0; corner < half && left > 0; ++corner)
+            weights[corner + half] += move(corner, left);
     }
 }
 

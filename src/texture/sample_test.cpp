@@ -158,6 +158,23 @@ TEST(Sample, VolumesAndLayers) {
     removeTexture(layered);
 }
 
+// The weights of the eight texels have the sum 1 in all places.
+TEST(Sample, ConstantVolumesReadTheConstant) {
+    auto volume = std::make_shared<Array>(Format{Channel::kF32, 1}, Shape{4, 4, 4});
+    std::fill_n(reinterpret_cast<float*>(volume->data()), volume->bytes() / 4, 1.0f);
+    auto texture = textureOf(volume);
+    texture->linear = true;
+    const uint64_t handle = add(std::move(texture));
+    const auto place = [](uint32_t fraction) { return 1.5f + float(fraction) / 256; };
+    EXPECT_EQ(sampleAt(handle, k3D, place(250), place(236), place(16)).v[0], 1.0f);
+    for (uint32_t x = 0; x < 256; x += 3)
+        for (uint32_t y = 0; y < 256; y += 5)
+            for (uint32_t z = 0; z < 256; z += 2)
+                ASSERT_EQ(sampleAt(handle, k3D, place(x), place(y), place(z)).v[0], 1.0f)
+                    << x << " " << y << " " << z;
+    removeTexture(handle);
+}
+
 TEST(Sample, Levels) {
     auto texture = std::make_unique<Texture>();
     for (unsigned level = 0; level < 3; ++level) {

@@ -532,6 +532,28 @@ TEST_F(Programs, TexturesOfThreeComponents) {
     EXPECT_NEAR(r[6], 0.6f, 0.01f);
 }
 
+TEST_F(Programs, IncompleteTexturesAndMappedBuffersNameTheirVariables) {
+    RTtexturesampler empty = nullptr;
+    ok(rtTextureSamplerCreate(context_, &empty));
+    ok(rtVariableSetObject(variable("bytes_reference"), empty));
+    ok(rtVariableSetObject(variable("depth_reference"), empty));
+    setEntry("sample_references");
+    fails(RT_ERROR_INVALID_CONTEXT, rtContextLaunch1D(context_, 0, 1),
+          "of variable \"bytes_reference\": the texture sampler has no buffer");
+    RTbuffer texels = buffer(RT_BUFFER_INPUT, RT_FORMAT_USER, 0);
+    ok(rtBufferSetElementSize(texels, 4));
+    ok(rtTextureSamplerSetBuffer(empty, 0, 0, texels));
+    fails(RT_ERROR_INVALID_CONTEXT, rtContextLaunch1D(context_, 0, 1), "format RT_FORMAT_USER");
+    ok(rtBufferSetFormat(texels, RT_FORMAT_FLOAT));
+    fails(RT_ERROR_INVALID_CONTEXT, rtContextLaunch1D(context_, 0, 1),
+          "of variable \"bytes_reference\": the buffer has no elements");
+    void* data = nullptr;
+    ok(rtBufferMap(result_, &data));
+    fails(RT_ERROR_ALREADY_MAPPED, rtContextLaunch1D(context_, 0, 1),
+          "of variable \"result\" is mapped");
+    ok(rtBufferUnmap(result_));
+}
+
 TEST_F(Programs, TexturesByReference) {
     const auto sampler = [&](RTbuffer texels) {
         RTtexturesampler made = nullptr;

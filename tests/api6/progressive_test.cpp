@@ -381,7 +381,7 @@ TEST_F(Progressive, ArgumentsOfBindAndPoll) {
     fails(RT_ERROR_INVALID_VALUE,
           rtBufferBindProgressiveStream(
               stream_, flat(RT_BUFFER_OUTPUT, RT_FORMAT_UNSIGNED_BYTE4, kWidth, kHeight)),
-          "RT_FORMAT_FLOAT3");
+          "is RT_FORMAT_UNSIGNED_BYTE4, neither RT_FORMAT_FLOAT3");
     fails(
         RT_ERROR_INVALID_VALUE,
         rtBufferBindProgressiveStream(

@@ -192,7 +192,8 @@ TEST_F(Properties, OfBuffersOfTriangles) {
     RTgeometrytriangles object = triangle(1);
     RTbuffer list = filled<float>(RT_FORMAT_FLOAT, std::vector<float>(90));
     const RTformat good = RT_FORMAT_FLOAT3, wrong = RT_FORMAT_INT3;
-    fails(RT_ERROR_INVALID_VALUE, rtGeometryTrianglesSetVertices(object, 3, list, 0, 12, wrong));
+    fails(RT_ERROR_INVALID_VALUE, rtGeometryTrianglesSetVertices(object, 3, list, 0, 12, wrong),
+          "vertexFormat = RT_FORMAT_INT3 is not one of RT_FORMAT_FLOAT3, RT_FORMAT_FLOAT2");
     fails(RT_ERROR_INVALID_VALUE, rtGeometryTrianglesSetVertices(object, 3, list, 0, 4, good));
     fails(RT_ERROR_INVALID_VALUE,
           rtGeometryTrianglesSetMotionVertices(object, 3, list, 0, 12, 36, wrong));
@@ -406,9 +407,23 @@ TEST_F(Properties, OfPrograms) {
     fails(RT_ERROR_FILE_NOT_FOUND, rtProgramCreateFromPTXFiles(context_, 1, names, "p", &found));
     fails(RT_ERROR_FILE_NOT_FOUND, rtProgramCreateFromPTXFile(context_, "/tmp", "p", &found),
           "/tmp");
-    fails(RT_ERROR_INVALID_VALUE, rtProgramCreateFromPTXFiles(context_, 0, names, "p", &found));
+    fails(RT_ERROR_INVALID_VALUE, rtProgramCreateFromPTXFiles(context_, 0, names, "p", &found),
+          "n = 0: filenames is an empty list");
+    fails(RT_ERROR_INVALID_VALUE, rtProgramCreateFromPTXFile(context_, nullptr, "p", &found),
+          "filename is null");
+    fails(RT_ERROR_INVALID_VALUE, rtProgramCreateFromPTXString(context_, nullptr, "p", &found),
+          "ptx is null");
+    fails(RT_ERROR_INVALID_VALUE, rtProgramCreateFromPTXStrings(context_, 1, nullptr, "p", &found),
+          "ptxStrings is null");
+    const char* texts[] = {ptx().c_str(), nullptr};
+    fails(RT_ERROR_INVALID_VALUE, rtProgramCreateFromPTXStrings(context_, 2, texts, "p", &found),
+          "ptxStrings[1] is null");
     fails(RT_ERROR_INVALID_SOURCE,
-          rtProgramCreateFromPTXString(context_, ptx().c_str(), "nothing", &found), "nothing");
+          rtProgramCreateFromPTXString(context_, ptx().c_str(), "nothing", &found),
+          "no function \"nothing\" in the PTX, which has \"");
+    fails(RT_ERROR_INVALID_SOURCE,
+          rtProgramCreateFromPTXString(context_, ptx().c_str(), "Write_Scoped", &found),
+          "which has \"write_scoped\"");
     fails(RT_ERROR_INVALID_SOURCE, rtProgramCreateFromPTXString(context_, "hello", "p", &found));
     scope(object, rtProgramDeclareVariable, rtProgramQueryVariable, rtProgramRemoveVariable,
           rtProgramGetVariableCount, rtProgramGetVariable, RT_ERROR_VARIABLE_NOT_FOUND);

@@ -325,7 +325,8 @@ TEST_F(Traps, FaultsOfSamplersNameThem) {
     ok(rtTextureSamplerGetId(made, &id));
     ok(rtVariableSetObject(variable("top_object"), group({})));
     std::ostringstream name;
-    name << "texture sampler " << static_cast<const void*>(made) << ": the buffer has no format";
+    name << "texture sampler " << static_cast<const void*>(made) << " with id " << id
+         << ": the buffer has no format";
     fails(RT_ERROR_INVALID_CONTEXT, rtContextValidate(context_), name.str());
 }
 

@@ -508,6 +508,13 @@ TEST_F(Lockstep, ErrorsAreTheSame) {
          "A: ld.volatile.global.u32 %r2, [%rd1]; setp.ne.u32 %p2, %r2, 1; @%p2 bra A;\n",
          CUDA_ERROR_LAUNCH_FAILED},
         {"bar.sync 0; mov.u64 %rd1, 16; st.global.u32 [%rd1], %r1;\n", CUDA_ERROR_ILLEGAL_ADDRESS},
+        // Null, as the compiler knows: no path may vanish.
+        {"bar.sync 0; mov.u64 %rd1, 0; st.global.u32 [%rd1], %r1;\n", CUDA_ERROR_ILLEGAL_ADDRESS},
+        {"bar.sync 0; mov.u64 %rd1, 0; setp.gt.u32 %p1, %r1, 999; @%p1 ld.param.u64 %rd1, [in];\n"
+         "ld.global.u32 %r2, [%rd1]; ld.param.u64 %rd2, [out]; st.global.u32 [%rd2], %r2;\n",
+         CUDA_ERROR_ILLEGAL_ADDRESS},
+        {"bar.sync 0; mov.u64 %rd1, 0; proto: .callprototype ()_ (); call %rd1, (), proto;\n",
+         CUDA_ERROR_ILLEGAL_ADDRESS},
     };
     for (const char* way : {"single", "lockstep", "runs"}) {
         for (const Bad& bad : cases) {
@@ -534,6 +541,45 @@ TEST_F(Lockstep, ErrorsAreTheSame) {
             ASSERT_EQ(cuCtxSetCurrent(context_), CUDA_SUCCESS);
         }
     }
+}
+
+// Strong and volatile vectors of up to 16 bytes are whole: a value beside its state (CUB).
+TEST_F(Lockstep, StrongVectorsAreWhole) {
+    struct Access {
+        const char* kind;
+        const char *stored, *loaded, *differ;
+    };
+    const Access accesses[] = {
+        {".v2.u32", "{%r4, %r4}", "{%r5, %r6}", "setp.ne.u32 %p3, %r5, %r6;"},
+        {".v4.u32", "{%r4, %r4, %r4, %r4}", "{%r5, %r7, %r8, %r6}", "setp.ne.u32 %p3, %r5, %r6;"},
+        {".v2.u64", "{%rd2, %rd2}", "{%rd3, %rd4}", "setp.ne.u64 %p3, %rd3, %rd4;"},
+    };
+    for (const char* way : {"single", "lockstep", "runs"})
+        for (const std::string strength : {"relaxed.gpu", "volatile"})
+            for (const Access& access : accesses) {
+                SCOPED_TRACE(testing::Message() << way << " " << strength << access.kind);
+                const std::string kind = strength + ".global" + access.kind;
+                const std::string body =
+                    "ld.param.u64 %rd1, [out]; mov.u32 %r2, %ctaid.x; mov.u32 %r3, 0;\n"
+                    "bar.sync 0; setp.ne.u32 %p1, %r2, 0; @%p1 bra READ;\n"
+                    "WRITE: add.u32 %r4, %r1, %r3; mov.b64 %rd2, {%r4, %r4};\n"
+                    "st." +
+                    kind + " [%rd1], " + access.stored +
+                    ";\n"
+                    "add.u32 %r3, %r3, 1; setp.lt.u32 %p2, %r3, 5000; @%p2 bra WRITE; bra END;\n"
+                    "READ: ld." +
+                    kind + " " + access.loaded + ", [%rd1];\n" + access.differ +
+                    "@%p3 red.global.add.u32 [%rd1 + 32], 1;\n"
+                    "add.u32 %r3, %r3, 1; setp.lt.u32 %p2, %r3, 5000; @%p2 bra READ;\n"
+                    "END:\n";
+                CUmodule module = load(kernelText("pairs", body));
+                CUresult result = CUDA_SUCCESS;
+                const auto words =
+                    run(find(module, "pairs"), {{32, 1, 1}, {8, 1, 1}}, way, &result);
+                EXPECT_EQ(result, CUDA_SUCCESS);
+                EXPECT_EQ(words[8], 0xabababab) << "torn pairs: " << words[8] - 0xabababab;
+                EXPECT_EQ(cuModuleUnload(module), CUDA_SUCCESS);
+            }
 }
 
 // Blocks that wait in memory for one that has trapped give up.

@@ -83,8 +83,8 @@ SunstoneResult sunstoneAnyHits(SunstoneScene scene, const SunstoneRay* rays, siz
    no hits are written, and the result is SUNSTONE_TOO_SMALL. Scenes and arrays of the CPU. */
 SunstoneResult sunstoneAllHits(SunstoneScene scene, const SunstoneRay* rays, size_t count,
                                SunstoneHit* hits, size_t capacity, size_t* offsets);
-/* For each point (x, y, z) the nearest point of all triangles, at most `farthest` away. Scenes and
-   arrays of the CPU. */
+/* For each point (x, y, z) the nearest point of all triangles, at most `farthest` away; triangles
+   without area do not count. Scenes and arrays of the CPU. */
 SunstoneResult sunstoneNearestPoints(SunstoneScene scene, const float* points, size_t count,
                                      float farthest, SunstoneNearest* nearest);
 

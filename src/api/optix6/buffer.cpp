@@ -11,7 +11,9 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <iterator>
 #include <limits>
+#include <set>
 #include <utility>
 
 namespace sunstone::optix6 {
@@ -26,6 +28,63 @@ bool isBlockFormat(RTformat format) {
     return format >= RT_FORMAT_UNSIGNED_BC1 && format <= RT_FORMAT_UNSIGNED_BC7;
 }
 
+// In the order of RTformat, without "RT_FORMAT_".
+constexpr const char* kFormatNames[] = {"UNKNOWN",
+                                        "FLOAT",
+                                        "FLOAT2",
+                                        "FLOAT3",
+                                        "FLOAT4",
+                                        "BYTE",
+                                        "BYTE2",
+                                        "BYTE3",
+                                        "BYTE4",
+                                        "UNSIGNED_BYTE",
+                                        "UNSIGNED_BYTE2",
+                                        "UNSIGNED_BYTE3",
+                                        "UNSIGNED_BYTE4",
+                                        "SHORT",
+                                        "SHORT2",
+                                        "SHORT3",
+                                        "SHORT4",
+                                        "UNSIGNED_SHORT",
+                                        "UNSIGNED_SHORT2",
+                                        "UNSIGNED_SHORT3",
+                                        "UNSIGNED_SHORT4",
+                                        "INT",
+                                        "INT2",
+                                        "INT3",
+                                        "INT4",
+                                        "UNSIGNED_INT",
+                                        "UNSIGNED_INT2",
+                                        "UNSIGNED_INT3",
+                                        "UNSIGNED_INT4",
+                                        "USER",
+                                        "BUFFER_ID",
+                                        "PROGRAM_ID",
+                                        "HALF",
+                                        "HALF2",
+                                        "HALF3",
+                                        "HALF4",
+                                        "LONG_LONG",
+                                        "LONG_LONG2",
+                                        "LONG_LONG3",
+                                        "LONG_LONG4",
+                                        "UNSIGNED_LONG_LONG",
+                                        "UNSIGNED_LONG_LONG2",
+                                        "UNSIGNED_LONG_LONG3",
+                                        "UNSIGNED_LONG_LONG4",
+                                        "UNSIGNED_BC1",
+                                        "UNSIGNED_BC2",
+                                        "UNSIGNED_BC3",
+                                        "UNSIGNED_BC4",
+                                        "BC4",
+                                        "UNSIGNED_BC5",
+                                        "BC5",
+                                        "UNSIGNED_BC6H",
+                                        "BC6H",
+                                        "UNSIGNED_BC7"};
+static_assert(std::size(kFormatNames) == RT_FORMAT_UNSIGNED_BC7 - RT_FORMAT_UNKNOWN + 1);
+
 void requireFits(uint32_t elementBytes, unsigned count, const uint64_t* extents) {
     uint64_t product = std::max(1u, elementBytes);
     for (unsigned i = 0; i < count; ++i)
@@ -35,6 +94,12 @@ void requireFits(uint32_t elementBytes, unsigned count, const uint64_t* extents)
 }
 
 } // namespace
+
+std::string nameOf(RTformat format) {
+    const unsigned place = unsigned(format) - RT_FORMAT_UNKNOWN;
+    return place < std::size(kFormatNames) ? std::string("RT_FORMAT_") + kFormatNames[place]
+                                           : std::to_string(unsigned(format));
+}
 
 unsigned bytesOf(RTformat format) {
     const auto vector = [&](RTformat first, unsigned bytes) -> unsigned {
@@ -82,6 +147,16 @@ bool Buffer::isMapped() const {
     return std::find(mapped_.begin(), mapped_.end(), true) != mapped_.end();
 }
 
+std::string Buffer::variableNames() const {
+    std::set<std::string> names;
+    for (const Variable* variable : holders_)
+        names.insert(variable->name);
+    std::string text;
+    for (const std::string& name : names)
+        text += (text.empty() ? " of variable \"" : ", \"") + name + "\"";
+    return text;
+}
+
 // Updates the context's set of mapped buffers.
 void Buffer::noteMapped() {
     auto& mapped = context()->mappedBuffers;
@@ -94,7 +169,7 @@ void Buffer::noteMapped() {
 
 void Buffer::setFormat(RTformat wanted) {
     if (wanted != RT_FORMAT_USER && bytesOf(wanted) == 0)
-        refuse(RT_ERROR_INVALID_VALUE, "format = ", unsigned(wanted),
+        refuse(RT_ERROR_INVALID_VALUE, "format = ", nameOf(wanted),
                " is not the format of a buffer");
     requireUnmapped();
     if (format == wanted)

@@ -14,6 +14,8 @@
 namespace sunstone::optix6 {
 
 unsigned bytesOf(RTformat format); // of an element; 0 of user formats and unknown ones
+// The enumerator; of other values the number.
+std::string nameOf(RTformat format);
 
 class Variable;
 
@@ -67,6 +69,8 @@ public:
     void addHolder(const Variable& variable) { holders_.insert(&variable); }
     void removeHolder(const Variable& variable) { holders_.erase(&variable); }
     bool hasHolders() const { return !holders_.empty(); }
+    // For errors: the names of these variables, as " of variable \"x\""; empty without variables.
+    std::string variableNames() const;
 
     const unsigned description;           // RTbuffertype | RTbufferflag
     const std::unique_ptr<Stream> stream; // of RT_BUFFER_PROGRESSIVE_STREAM alone

@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cstdlib>
 #include <limits>
 
@@ -136,7 +137,8 @@ void checkLaunch(const Context& context, unsigned entry, RTsize width, RTsize he
 void checkUnmapped(const Context& context, bool withStreams) {
     for (const Ref<Buffer>& ref : context.mappedBuffers)
         if (const auto buffer = ref.lock(); buffer && (withStreams || !buffer->stream))
-            refuse(RT_ERROR_ALREADY_MAPPED, "buffer ", buffer->handle(), " is mapped");
+            refuse(RT_ERROR_ALREADY_MAPPED, "buffer ", buffer->handle(), buffer->variableNames(),
+                   " is mapped");
 }
 
 Context::Context() : Scoped(kKind, nullptr), engine(std::make_shared<engine::Context>()) {
@@ -453,6 +455,49 @@ void Context::dropUnusedTexts() {
     mostTexts_ = 2 * texts_.size();
 }
 
+namespace {
+
+// The text `no function "NAME" in the PTX` with the names that the application may mean: those that
+// differ in case or in their namespaces, or else the first ones, programs before callables.
+std::string missingProgram(const std::vector<std::shared_ptr<ModuleText>>& texts,
+                           const std::string& name) {
+    constexpr size_t kMost = 8;
+    const auto endsWith = [](std::string_view whole, std::string_view end) {
+        return whole.size() >= end.size() &&
+               std::equal(end.begin(), end.end(), whole.end() - ptrdiff_t(end.size()),
+                          [](unsigned char a, unsigned char b) {
+                              return std::tolower(a) == std::tolower(b);
+                          });
+    };
+    const std::string base = name.substr(0, name.find('<'));
+    std::vector<std::string> all, similar;
+    const auto note = [](std::vector<std::string>& list, const std::string& each) {
+        if (std::find(list.begin(), list.end(), each) == list.end())
+            list.push_back(each);
+    };
+    for (const bool isEntry : {true, false})
+        for (const std::shared_ptr<ModuleText>& text : texts)
+            for (const ptx::Function& function : text->module->source->tree().functions) {
+                if (!function.hasBody || function.isEntry != isEntry)
+                    continue;
+                const std::string known = compiler::optix6::sourceName(function.name);
+                note(all, known);
+                if (!base.empty() &&
+                    (endsWith("::" + known, "::" + base) || endsWith("::" + base, "::" + known)))
+                    note(similar, known);
+            }
+    const std::vector<std::string>& list = similar.empty() ? all : similar;
+    std::string names;
+    for (size_t i = 0; i < std::min(list.size(), kMost); ++i)
+        names += (i ? ", \"" : "\"") + list[i] + "\"";
+    if (list.size() > kMost)
+        names += message(" and ", list.size() - kMost, " more");
+    return message("no function \"", name, "\" in the PTX, which has ",
+                   list.empty() ? "no functions" : names);
+}
+
+} // namespace
+
 std::shared_ptr<ProgramCode> Context::load(const std::vector<std::string>& texts,
                                            const std::string& name) {
     dropUnusedTexts();
@@ -472,7 +517,7 @@ std::shared_ptr<ProgramCode> Context::load(const std::vector<std::string>& texts
         }
         return codeOf(*loaded, *function);
     }
-    refuse(RT_ERROR_INVALID_SOURCE, "no function \"", name, "\" in the PTX");
+    refuse(RT_ERROR_INVALID_SOURCE, missingProgram(all, name));
 }
 
 std::shared_ptr<ProgramCode> Context::codeOf(ModuleText& text, const ptx::Function& function) {

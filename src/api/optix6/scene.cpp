@@ -533,18 +533,18 @@ void Scene::collectSamplers() {
 
 // Updates textures of samplers that programs can reach: those of variables, and those with ids.
 void Scene::updateTextures() {
-    const auto update = [this](TextureSampler& sampler) {
-        if (!sampler.update())
+    const auto update = [this](TextureSampler& sampler, const std::string* variable) {
+        if (!sampler.update(variable))
             return;
         newTextures_.insert(&sampler);
         sampler.noteIds();
     };
     for (const auto& [variable, ref] : samplers_)
         if (const std::shared_ptr<TextureSampler> sampler = ref.lock())
-            update(*sampler);
+            update(*sampler, &variable->name);
     for (const Ref<TextureSampler>& ref : context_.samplers)
         if (const std::shared_ptr<TextureSampler> sampler = ref.lock())
-            update(*sampler);
+            update(*sampler, nullptr);
     for (const auto& [variable, ref] : samplers_)
         if (newTextures_.count(ref.lock().get()))
             variable->writeUsers();

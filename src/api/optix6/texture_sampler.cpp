@@ -104,7 +104,7 @@ void TextureSampler::validate() const {
     texture::Format format;
     if (!textureFormat(source->format, format))
         refuse(RT_ERROR_INVALID_CONTEXT, "no texture has elements of the buffer's format ",
-               unsigned(source->format));
+               nameOf(source->format));
     constexpr uint64_t kMostTexels = std::numeric_limits<int32_t>::max(); // programs index them
     for (unsigned i = 0; i < 3; ++i)
         if (const uint64_t texels = source->extent(i, 0); texels > kMostTexels / format.edge())
@@ -120,11 +120,16 @@ void TextureSampler::validate() const {
                "integers cannot be filtered: the read mode is RT_TEXTURE_READ_ELEMENT_TYPE");
 }
 
-bool TextureSampler::update() {
+bool TextureSampler::update(const std::string* variable) {
+    const auto refuseIt = [&](RTresult result, const char* what) { // one of many of a launch
+        const std::string user =
+            variable ? message(" of variable \"", *variable, "\"") : message(" with id ", id);
+        refuse(result, "texture sampler ", handle(), user, ": ", what);
+    };
     try {
         validate();
-    } catch (const Failure& failure) { // one of many samplers of a launch
-        refuse(failure.result, "texture sampler ", handle(), ": ", failure.what());
+    } catch (const Failure& failure) {
+        refuseIt(failure.result, failure.what());
     }
     const std::shared_ptr<Buffer> source = buffer.lock();
     texture::Format format;
@@ -137,7 +142,7 @@ bool TextureSampler::update() {
     if (!changed_ && texture != 0 && source->data() == data_ && shape == shape_ && isCurrent)
         return false;
     if (!source->data())
-        refuse(RT_ERROR_INVALID_CONTEXT, "the buffer of the texture sampler has no elements");
+        refuseIt(RT_ERROR_INVALID_CONTEXT, "the buffer has no elements");
     auto made = std::make_unique<texture::Texture>();
     const uint8_t* texels = source->data();
     SharedMemory expanded;

@@ -19,7 +19,8 @@ public:
     void validate() const;
     ~TextureSampler() override;
     // Makes the texture if its state or its buffer has changed. True: there is a new handle.
-    bool update();
+    // `variable`: its name, for errors; null for a sampler that programs reach by its id.
+    bool update(const std::string* variable);
     void noteChange() { changed_ = true; }
     // Makes the next texture on another device.
     void moveTo(const std::shared_ptr<engine::Backend>& backend);

@@ -47,9 +47,6 @@ engine::TraceRequest requestOf(const Query& query, const engine::StructurePtr& s
     request.count = rays.count();
     request.rayFormat = rayFormatOf(rays.format);
     request.hitFormat = hitFormatOf(hits.format);
-    if (request.rayFormat == bvh::RayFormat::kOriginMaskDirectionTmax && !structure->hasMasks)
-        fail(Code::kInvalidValue, "rays have masks, but the model's indices are not of format "
-                                  "RTP_BUFFER_FORMAT_INDICES_INT3_MASK_INT");
     request.rays = rays.first();
     request.raysOnHost = rays.type == RTP_BUFFER_TYPE_HOST;
     request.hitsOnHost = hits.type == RTP_BUFFER_TYPE_HOST;

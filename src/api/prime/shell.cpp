@@ -5,8 +5,10 @@
 #include "api/prime/cuda_library.h"
 #include "base/forked.h"
 #include "base/log.h"
+#include "base/threads/thread_object.h"
 
 #include <new>
+#include <string_view>
 
 namespace sunstone::prime {
 
@@ -79,14 +81,19 @@ std::shared_ptr<Query> queryOf(RTPquery handle) {
     return require(queries(), handle, "query", "query");
 }
 
+ErrorText& failureWithoutContext() {
+    return threadObject<ErrorText>();
+}
+
 void Context::setError(const std::string& text) {
     std::lock_guard lock(errorMutex_);
-    lastError_ = text;
+    lastError_ = {newSerial(), text};
 }
 
 std::string Context::lastError() {
+    const ErrorText& without = failureWithoutContext();
     std::lock_guard lock(errorMutex_);
-    return lastError_;
+    return without.serial > lastError_.serial ? without.text : lastError_.text;
 }
 
 Context::Work Context::prepare(const Place& place, std::function<void()> work) {
@@ -177,8 +184,13 @@ RTPresult guarded(const ContextPtr& context, const char* function,
         cause = error.what();
     }
     const std::string text = message(function, ": ", cause);
+    const auto isOf = [&](const char* kind) {
+        return std::string_view(function).starts_with(kind);
+    };
     if (context)
         context->setError(text);
+    else if (isOf("rtpBufferDesc") || isOf("rtpModel") || isOf("rtpQuery"))
+        failureWithoutContext() = {newSerial(), text};
     log(LogLevel::kError, "prime", text);
     return result;
 }

@@ -25,6 +25,14 @@
 
 namespace sunstone::prime {
 
+// The text of a failure. Later failures have larger serial numbers.
+struct ErrorText {
+    uint64_t serial = 0;
+    std::string text;
+};
+// The calling thread's last failure for a null or dead handle, whose context is unknown.
+ErrorText& failureWithoutContext();
+
 struct Context : Handled {
     RTPcontexttype type = RTP_CONTEXT_TYPE_CPU;
     std::mutex mutex;
@@ -51,11 +59,12 @@ struct Context : Handled {
     void run(const Work& work);
 
     void setError(const std::string& text);
+    // The text of the context, or a later one of failureWithoutContext().
     std::string lastError();
 
 private:
     std::mutex errorMutex_;
-    std::string lastError_;
+    ErrorText lastError_ = {newSerial(), {}};
 };
 using ContextPtr = std::shared_ptr<Context>;
 
@@ -161,8 +170,8 @@ engine::CompletionPtr completionOf(const Query& query);
 // Waits for the work of a query or model; errors of the work are dropped.
 void finishQuietly(const engine::CompletionPtr& completion) noexcept;
 
-// Runs body; turns its exceptions into a result, the last error message of the context (if there is
-// one) and a line in the log.
+// Runs body; turns its exceptions into a result, the last error message of the context and a line
+// in the log. Without a context, the message of a call with an object is failureWithoutContext().
 RTPresult guarded(const ContextPtr& context, const char* function,
                   const std::function<void()>& body);
 

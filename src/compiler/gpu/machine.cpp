@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "compiler/gpu/header.h"
+#include "compiler/passes/optimizer.h"
 #include "compiler/translate/unit.h"
 
 #include <llvm/IR/LegacyPassManager.h>
@@ -78,11 +79,13 @@ const llvm::OptimizationLevel& levelOf(GpuEffort effort) {
 } // namespace
 
 void optimizeForGpu(llvm::Module& module, llvm::TargetMachine& machine, GpuEffort effort) {
+    keepNullAccesses(module);
     Pipeline pipeline(machine);
     pipeline.builder.buildPerModuleDefaultPipeline(levelOf(effort)).run(module, pipeline.modules);
 }
 
 void simplifyForGpu(llvm::Function& function, llvm::TargetMachine& machine, GpuEffort effort) {
+    keepNullAccesses(*function.getParent());
     Pipeline pipeline(machine);
     pipeline.builder
         .buildFunctionSimplificationPipeline(levelOf(effort), llvm::ThinOrFullLTOPhase::None)

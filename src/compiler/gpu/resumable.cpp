@@ -3,6 +3,7 @@
 #include "compiler/gpu/resumable.h"
 
 #include "base/error.h"
+#include "compiler/passes/optimizer.h"
 #include "compiler/translate/unit.h"
 
 #include <llvm/ADT/SmallPtrSet.h>
@@ -247,6 +248,7 @@ void split(llvm::Module& module, llvm::TargetMachine& machine) {
     passes.addPass(llvm::createModuleToPostOrderCGSCCPassAdaptor(
         llvm::CoroSplitPass(isCheap, /*OptimizeFrame=*/true)));
     passes.addPass(llvm::CoroCleanupPass());
+    keepNullAccesses(module);
     passes.run(module, modules);
 }
 

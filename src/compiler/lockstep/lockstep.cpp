@@ -200,6 +200,7 @@ llvm::Function* emitCode(const LockstepPlan& plan, llvm::Function& source, bool 
         llvm::GlobalValue::ExternalLinkage, kLockstepPrefix + info.name, source.getParent());
     result->addFnAttr(llvm::Attribute::NoUnwind);
     result->addFnAttr("warn-stack-size", "0");
+    result->addFnAttr(llvm::Attribute::NullPointerIsValid); // see keepNullAccesses()
     result->setDSOLocal(true);
     result->addParamAttr(0, llvm::Attribute::NoAlias);
     result->addParamAttr(0, llvm::Attribute::NonNull);

@@ -130,11 +130,20 @@ void LockstepPlan::endThreads() {
     llvm::EliminateUnreachableBlocks(function_);
 }
 
+// A vector of 16 bytes that is loaded or stored as a whole (FunctionTranslator::isWholeVector), and
+// its elements.
+static bool isPartOfWhole(const Instruction& instruction) {
+    if (isa<llvm::LoadInst, llvm::ZExtInst>(instruction) ||
+        instruction.getOpcode() == Instruction::Or)
+        return true;
+    return instruction.isShift() && isa<llvm::ConstantInt>(instruction.getOperand(1));
+}
+
 bool LockstepPlan::check() {
     for (Instruction& instruction : llvm::instructions(function_)) {
         if (instruction.getType()->isVectorTy())
             return refuse("it has values that are vectors already");
-        if (instruction.getType()->isIntegerTy(128))
+        if (instruction.getType()->isIntegerTy(128) && !isPartOfWhole(instruction))
             return refuse("it has numbers of 128 bits");
         if (const auto* intrinsic = dyn_cast<llvm::IntrinsicInst>(&instruction);
             intrinsic && (intrinsic->getIntrinsicID() == llvm::Intrinsic::stacksave ||

@@ -96,11 +96,18 @@ void Optimizer::dump(const char* stage) {
     unit_.module().print(out, nullptr);
 }
 
+void keepNullAccesses(llvm::Module& module) {
+    for (llvm::Function& function : module)
+        if (!function.isDeclaration())
+            function.addFnAttr(llvm::Attribute::NullPointerIsValid);
+}
+
 void Optimizer::begin() {
     managers_->loops.clear();
     managers_->functions.clear();
     managers_->components.clear();
     managers_->modules.clear();
+    keepNullAccesses(unit_.module());
 }
 
 void Optimizer::promote() {

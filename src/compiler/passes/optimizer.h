@@ -9,6 +9,10 @@
 
 namespace sunstone::compiler {
 
+// An access to null or a call of it is a fault at run time. Call it before passes run: without it,
+// LLVM removes code on the way to a null that it knows.
+void keepNullAccesses(llvm::Module& module);
+
 class Optimizer {
 public:
     Optimizer(Unit& unit, llvm::TargetMachine& machine, OptLevel level);

@@ -113,6 +113,9 @@ private:
     void mark(llvm::Instruction& access, const ptx::Operand& operand, uint8_t kind, unsigned offset,
               unsigned bytes);
     bool isWithinVariable(const ptx::Operand& operand, unsigned bytes) const;
+    bool isWholeVector(const ptx::Instruction& instruction, unsigned bytes) const;
+    std::vector<llvm::Value*> splitWhole(llvm::Value* whole, llvm::Type* type, unsigned count);
+    llvm::Value* joinWhole(const std::vector<llvm::Value*>& elements);
     void load(const ptx::Instruction& instruction);
     void store(const ptx::Instruction& instruction);
     void atomic(const ptx::Instruction& instruction);

@@ -30,6 +30,10 @@ unsigned vectorCount(const ptx::Instruction& instruction) {
 
 constexpr unsigned kGlobalSpace = 1; // of NVPTX
 
+llvm::AtomicOrdering atLeastMonotonic(llvm::AtomicOrdering ordering) {
+    return ordering == llvm::AtomicOrdering::NotAtomic ? llvm::AtomicOrdering::Monotonic : ordering;
+}
+
 // The alignment of element i. On a GPU a vector is one access, aligned as a whole.
 llvm::Align alignmentOf(bool gpu, unsigned bytes, unsigned count, unsigned i) {
     const llvm::Align element(bytes);
@@ -284,6 +288,38 @@ void FunctionTranslator::mayWaitIfZero(Value* operand) {
     builder_.SetInsertPoint(join);
 }
 
+// Whether a vector access is one access of its whole. Threads publish a value beside its state in
+// one strong or volatile vector, as CUB's look-back does; devices write up to 16 bytes at once.
+bool FunctionTranslator::isWholeVector(const ptx::Instruction& instruction, unsigned bytes) const {
+    const bool isStrong =
+        orderingOf(instruction) != llvm::AtomicOrdering::NotAtomic || instruction.has("volatile");
+    return !unit_.isGpu() && isStrong && vectorCount(instruction) > 1 && bytes <= 16;
+}
+
+// The elements of a vector that was loaded as one integer; the first is in the lowest bits.
+std::vector<Value*> FunctionTranslator::splitWhole(Value* whole, llvm::Type* type, unsigned count) {
+    const unsigned bits = type->getPrimitiveSizeInBits();
+    std::vector<Value*> elements;
+    for (unsigned i = 0; i < count; ++i)
+        elements.push_back(builder_.CreateBitCast(
+            builder_.CreateTrunc(builder_.CreateLShr(whole, uint64_t(i) * bits), intType(bits)),
+            type));
+    return elements;
+}
+
+Value* FunctionTranslator::joinWhole(const std::vector<Value*>& elements) {
+    const unsigned bits = elements[0]->getType()->getPrimitiveSizeInBits();
+    llvm::Type* type = intType(bits * unsigned(elements.size()));
+    Value* whole = nullptr;
+    for (unsigned i = 0; i < elements.size(); ++i) {
+        Value* element =
+            builder_.CreateZExt(builder_.CreateBitCast(elements[i], intType(bits)), type);
+        element = builder_.CreateShl(element, uint64_t(i) * bits);
+        whole = whole ? builder_.CreateOr(whole, element) : element;
+    }
+    return whole;
+}
+
 void FunctionTranslator::load(const ptx::Instruction& instruction) {
     operandCount(instruction, 2, 4);
     const ptx::Type type = lastType(instruction);
@@ -301,20 +337,27 @@ void FunctionTranslator::load(const ptx::Instruction& instruction) {
     if (targets.size() != count)
         reject(instruction, ErrorCode::kInvalidPtx,
                message("loads ", count, " values into ", targets.size(), " registers"));
+    const bool isVolatile = instruction.has("volatile");
+    const bool isWhole = isWholeVector(instruction, count * bytes);
+    const unsigned parts = isWhole ? 1 : count;
     std::vector<Value*> values;
-    for (unsigned i = 0; i < count; ++i) {
+    for (unsigned i = 0; i < parts; ++i) {
         auto* loaded = builder_.CreateAlignedLoad(
-            loadType, offsetPointer(from.pointer, int64_t(i) * bytes),
-            alignmentOf(unit_.isGpu(), bytes, count, i), instruction.has("volatile"));
-        if (ordering != llvm::AtomicOrdering::NotAtomic)
-            loaded->setAtomic(ordering);
+            isWhole ? intType(count * bytes * 8) : loadType,
+            offsetPointer(from.pointer, int64_t(i) * bytes),
+            isWhole ? llvm::Align(count * bytes) : alignmentOf(unit_.isGpu(), bytes, count, i),
+            isVolatile);
+        if (ordering != llvm::AtomicOrdering::NotAtomic || isWhole)
+            loaded->setAtomic(atLeastMonotonic(ordering));
         else if (constant)
             loaded->setMetadata(llvm::LLVMContext::MD_invariant_load,
                                 llvm::MDNode::get(unit_.context(), {}));
         mark(*loaded, instruction.operands[1], devlib::kAccessLoad, i * bytes, count * bytes);
         values.push_back(loaded);
     }
-    if (ordering != llvm::AtomicOrdering::NotAtomic || instruction.has("volatile"))
+    if (isWhole)
+        values = splitWhole(values[0], loadType, count);
+    if (ordering != llvm::AtomicOrdering::NotAtomic || isVolatile)
         mayWait();
     for (unsigned i = 0; i < count; ++i)
         write(targets[i], values[i], ptx::isSigned(type));
@@ -336,12 +379,19 @@ void FunctionTranslator::store(const ptx::Instruction& instruction) {
     if (sources.size() != count)
         reject(instruction, ErrorCode::kInvalidPtx,
                message("stores ", count, " values from ", sources.size(), " registers"));
-    for (unsigned i = 0; i < count; ++i) {
+    std::vector<Value*> values;
+    for (const ptx::Operand& source : sources)
+        values.push_back(readAs(source, storeType));
+    const bool isWhole = isWholeVector(instruction, count * bytes);
+    if (isWhole)
+        values = {joinWhole(values)};
+    for (unsigned i = 0; i < values.size(); ++i) {
         auto* stored = builder_.CreateAlignedStore(
-            readAs(sources[i], storeType), offsetPointer(to.pointer, int64_t(i) * bytes),
-            alignmentOf(unit_.isGpu(), bytes, count, i), instruction.has("volatile"));
-        if (ordering != llvm::AtomicOrdering::NotAtomic)
-            stored->setAtomic(ordering);
+            values[i], offsetPointer(to.pointer, int64_t(i) * bytes),
+            isWhole ? llvm::Align(count * bytes) : alignmentOf(unit_.isGpu(), bytes, count, i),
+            instruction.has("volatile"));
+        if (ordering != llvm::AtomicOrdering::NotAtomic || isWhole)
+            stored->setAtomic(atLeastMonotonic(ordering));
         mark(*stored, instruction.operands[0], devlib::kAccessStore, i * bytes, count * bytes);
     }
 }

@@ -453,8 +453,10 @@ TEST_P(PrimeErrors, UseAfterDestruction) {
     EXPECT_EQ(rtpBufferDescDestroy(desc), RTP_ERROR_INVALID_HANDLE);
     EXPECT_EQ(rtpModelSetTriangles(model, nullptr, desc), RTP_ERROR_INVALID_HANDLE);
     EXPECT_RTP(rtpModelDestroy(model));
-    EXPECT_EQ(rtpModelUpdate(model, 0), RTP_ERROR_INVALID_HANDLE);
-    EXPECT_EQ(rtpQueryFinish(query), RTP_ERROR_INVALID_HANDLE) << "destroyed with its model";
+    expectError(rtpModelUpdate(model, 0), RTP_ERROR_INVALID_HANDLE, "rtpModelUpdate: model = ");
+    expectError(rtpQueryFinish(query), RTP_ERROR_INVALID_HANDLE, "is not a live query");
+    expectError(rtpQueryFinish(nullptr), RTP_ERROR_INVALID_VALUE, "query is null");
+    expectError(rtpModelCreate(context, nullptr), RTP_ERROR_INVALID_VALUE, "rtpModelCreate: ");
     RTPmodel another = nullptr;
     RTPquery its = nullptr;
     ASSERT_RTP(rtpModelCreate(context, &another));

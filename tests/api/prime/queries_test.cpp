@@ -285,19 +285,16 @@ TEST_P(PrimeQueries, MasksHideTriangles) {
     }
 }
 
-TEST_P(PrimeQueries, MaskedRaysNeedMaskedTriangles) {
-    const RTPmodel model = makeModel(soup(3, 0.3f, 1), memory());
-    Buffer<Ray> in(memory(), randomRays(4, 1));
-    Buffer<Hit> out(memory(), std::vector<Hit>(4, Hit{7, 7, 7, 7, 7}));
-    const Desc rayDesc(context, RTP_BUFFER_FORMAT_RAY_ORIGIN_MASK_DIRECTION_TMAX, memory(), in);
-    const Desc hitDesc(context, RTP_BUFFER_FORMAT_HIT_T_TRIID_INSTID_U_V, memory(), out);
-    RTPquery query = nullptr;
-    ASSERT_RTP(rtpQueryCreate(model, RTP_QUERY_TYPE_CLOSEST, &query));
-    ASSERT_RTP(rtpQuerySetRays(query, rayDesc));
-    ASSERT_RTP(rtpQuerySetHits(query, hitDesc));
-    EXPECT_EQ(rtpQueryExecute(query, 0), RTP_ERROR_INVALID_VALUE);
-    EXPECT_NE(lastError().find("INDICES_INT3_MASK_INT"), std::string::npos) << lastError();
-    EXPECT_EQ(out.read()[0].t, 7);
+TEST_P(PrimeQueries, MaskedRaysMeetTrianglesWithoutMasks) {
+    const Mesh mesh = soup(200, 0.3f, 1);
+    std::vector<Ray> rays = randomRays(500, 4);
+    for (Ray& ray : rays) {
+        ray.tmin = 0;
+        ray.tmax = 1e30f;
+    }
+    const RTPmodel model = makeModel(mesh, memory());
+    for (const int mask : {1, 6, -1})
+        EXPECT_EQ(wrongHits(mesh, rays, traceMasked(context, model, memory(), rays, mask)), 0u);
 }
 
 TEST_P(PrimeQueries, RangesAndStrides) {
@@ -523,6 +520,40 @@ TEST_P(PrimeQueries, MasksOfInstances) {
         EXPECT_EQ(wrongHits(visible(mesh, maskOf, mask), rays,
                             traceMasked(context, top, memory(), rays, mask)),
                   0u);
+}
+
+TEST_P(PrimeQueries, InstancesMixTrianglesWithAndWithoutMasks) {
+    const Mesh mesh = soup(100, 0.4f, 1), plain = soup(100, 0.4f, 2);
+    const auto maskOf = [](int i) { return 1 << i % 2; };
+    MaskedModel masked(context, memory(), mesh, maskOf);
+    RTPmodel list[2] = {masked.model, makeModel(plain, memory())};
+    float rows[24] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    const Desc instances(context, RTP_BUFFER_FORMAT_INSTANCE_MODEL, RTP_BUFFER_TYPE_HOST, list, 2);
+    const Desc transforms(context, RTP_BUFFER_FORMAT_TRANSFORM_FLOAT4x3, RTP_BUFFER_TYPE_HOST, rows,
+                          2);
+    RTPmodel top = nullptr;
+    ASSERT_RTP(rtpModelCreate(context, &top));
+    ASSERT_RTP(rtpModelSetInstances(top, instances, transforms));
+    ASSERT_RTP(rtpModelUpdate(top, 0));
+    std::vector<Ray> rays = randomRays(500, 8);
+    for (Ray& ray : rays) {
+        ray.tmin = 0;
+        ray.tmax = 1e30f;
+    }
+    for (const int mask : {1, 2, 4}) {
+        Mesh both = visible(mesh, maskOf, mask);
+        const int first = int(both.vertices.size()), triangles = int(both.triangles.size());
+        both.vertices.insert(both.vertices.end(), plain.vertices.begin(), plain.vertices.end());
+        for (const Int3& t : plain.triangles)
+            both.triangles.push_back({t.x + first, t.y + first, t.z + first});
+        std::vector<Hit> hits = traceMasked(context, top, memory(), rays, mask);
+        for (Hit& hit : hits)
+            if (hit.instance == 1) {
+                hit.triangle += triangles;
+                hit.instance = 0;
+            }
+        EXPECT_EQ(wrongHits(both, rays, hits), 0u) << mask;
+    }
 }
 
 // Equal rays in one call and in many calls have equal hits, whatever rays are beside them.

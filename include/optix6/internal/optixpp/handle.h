@@ -90,9 +90,11 @@ inline void check(RTresult code, RTcontext context = 0) {
         throw Exception::makeException(code, context);
 }
 
-inline void checkIndex(unsigned int index, unsigned int count) {
+/** `function`: the caller, for the text of the Exception. */
+inline void checkIndex(const char* function, unsigned int index, unsigned int count) {
     if (index >= count)
-        throw Exception("child " + std::to_string(index) + " of " + std::to_string(count),
+        throw Exception(std::string(function) + ": child " + std::to_string(index) + " of " +
+                            std::to_string(count),
                         RT_ERROR_INVALID_VALUE);
 }
 
@@ -165,7 +167,8 @@ private:
     }
     T* checked() const {
         if (!m_pointer)
-            throw Exception("use of a null handle", RT_ERROR_INVALID_VALUE);
+            throw Exception("use of a null handle: the object does not exist or a query found none",
+                            RT_ERROR_INVALID_VALUE);
         return m_pointer;
     }
 

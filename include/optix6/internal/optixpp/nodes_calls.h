@@ -71,7 +71,7 @@ inline void GroupObj::removeChild(int index) {
     removeChild(static_cast<unsigned int>(index));
 }
 inline void GroupObj::removeChild(unsigned int index) {
-    internal::checkIndex(index, getChildCount());
+    internal::checkIndex("Group::removeChild", index, getChildCount());
     checkError(rtuGroupRemoveChildByIndex(m_group, index));
 }
 template <typename T>
@@ -144,7 +144,7 @@ inline void GeometryGroupObj::removeChild(int index) {
     removeChild(static_cast<unsigned int>(index));
 }
 inline void GeometryGroupObj::removeChild(unsigned int index) {
-    internal::checkIndex(index, getChildCount());
+    internal::checkIndex("GeometryGroup::removeChild", index, getChildCount());
     checkError(rtuGeometryGroupRemoveChildByIndex(m_geometrygroup, index));
 }
 inline unsigned int GeometryGroupObj::getChildIndex(GeometryInstance child) const {
@@ -304,7 +304,7 @@ inline void SelectorObj::removeChild(int index) {
 }
 inline void SelectorObj::removeChild(unsigned int index) {
     const unsigned int count = getChildCount();
-    internal::checkIndex(index, count);
+    internal::checkIndex("Selector::removeChild", index, count);
     for (unsigned int i = index + 1; i < count; ++i) {
         RTobject child = 0;
         checkError(rtSelectorGetChild(m_selector, i, &child));

@@ -17,8 +17,8 @@ SUNSTONE_API RTresult rtContextCreate(RTcontext* context) {
         *context = nullptr;
         watchForks();
         auto object = std::make_shared<Context>();
-        *context = static_cast<RTcontext>(objects().add(object));
-        object->scene = std::make_unique<Scene>(*object);
+        object->scene = std::make_unique<Scene>(*object); // may fail, so the handle follows
+        *context = static_cast<RTcontext>(objects().add(std::move(object)));
     });
 }
 

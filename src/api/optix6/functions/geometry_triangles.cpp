@@ -9,10 +9,13 @@ using namespace sunstone::optix6;
 namespace {
 
 void requireFormat(RTformat format, std::initializer_list<RTformat> known, const char* name) {
-    for (const RTformat each : known)
+    std::string names;
+    for (const RTformat each : known) {
         if (each == format)
             return;
-    refuse(RT_ERROR_INVALID_VALUE, name, " = ", unsigned(format), " is not a format for this");
+        names += (names.empty() ? "" : ", ") + nameOf(each);
+    }
+    refuse(RT_ERROR_INVALID_VALUE, name, " = ", nameOf(format), " is not one of ", names);
 }
 
 void requireVertexFormat(RTformat format) {

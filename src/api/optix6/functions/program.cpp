@@ -13,21 +13,27 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
+struct Sources {
+    const void* list;
+    const char* parameter;
+    unsigned count = 1;
+};
+
 // `read(i)` returns the text of a source.
 template <class Read>
-RTresult createProgram(const char* function, RTcontext handle, unsigned count, const void* sources,
+RTresult createProgram(const char* function, RTcontext handle, const Sources& sources,
                        const char* name, RTprogram* program, const Read& read) {
     return callContext(
         function, handle,
         [&](Context& context) {
             requireNonNull(program, "program");
             *program = nullptr;
-            requireNonNull(sources, "the sources");
+            if (sources.count == 0)
+                refuse(RT_ERROR_INVALID_VALUE, "n = 0: ", sources.parameter, " is an empty list");
+            requireNonNull(sources.list, sources.parameter);
             requireNonNull(name, "programName");
-            if (count == 0)
-                refuse(RT_ERROR_INVALID_VALUE, "n is 0");
             Texts texts;
-            for (unsigned i = 0; i < count; ++i)
+            for (unsigned i = 0; i < sources.count; ++i)
                 texts.push_back(read(i));
             auto object = std::make_shared<Program>(context.self(), context.load(texts, name));
             *program = static_cast<RTprogram>(objects().add(std::move(object)));
@@ -35,8 +41,8 @@ RTresult createProgram(const char* function, RTcontext handle, unsigned count, c
         RT_ERROR_INVALID_CONTEXT);
 }
 
-std::string readFile(const char* name) {
-    requireNonNull(name, "filename");
+std::string readFile(const char* name, const std::string& parameter) {
+    requireNonNull(name, parameter.c_str());
     std::ifstream file(name, std::ios::binary);
     std::error_code error;
     if (!file || std::filesystem::is_directory(name, error)) // opening a folder succeeds, too
@@ -44,32 +50,34 @@ std::string readFile(const char* name) {
     return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-std::string textOf(const char* ptx) {
-    requireNonNull(ptx, "ptx");
-    return ptx;
+// The name of an element of a list.
+std::string elementOf(const char* parameter, unsigned i) {
+    return message(parameter, "[", i, "]");
 }
 
 } // namespace
 
 SUNSTONE_API RTresult rtProgramCreateFromPTXString(RTcontext context, const char* ptx,
                                                    const char* name, RTprogram* program) {
-    return createProgram(__func__, context, 1, ptx, name, program,
-                         [&](unsigned) { return textOf(ptx); });
+    return createProgram(__func__, context, {ptx, "ptx"}, name, program,
+                         [&](unsigned) { return std::string(ptx); });
 }
 SUNSTONE_API RTresult rtProgramCreateFromPTXStrings(RTcontext context, unsigned n, const char** ptx,
                                                     const char* name, RTprogram* program) {
-    return createProgram(__func__, context, n, ptx, name, program,
-                         [&](unsigned i) { return textOf(ptx[i]); });
+    return createProgram(__func__, context, {ptx, "ptxStrings", n}, name, program, [&](unsigned i) {
+        requireNonNull(ptx[i], elementOf("ptxStrings", i).c_str());
+        return std::string(ptx[i]);
+    });
 }
 SUNSTONE_API RTresult rtProgramCreateFromPTXFile(RTcontext context, const char* file,
                                                  const char* name, RTprogram* program) {
-    return createProgram(__func__, context, 1, file, name, program,
-                         [&](unsigned) { return readFile(file); });
+    return createProgram(__func__, context, {file, "filename"}, name, program,
+                         [&](unsigned) { return readFile(file, "filename"); });
 }
 SUNSTONE_API RTresult rtProgramCreateFromPTXFiles(RTcontext context, unsigned n, const char** files,
                                                   const char* name, RTprogram* program) {
-    return createProgram(__func__, context, n, files, name, program,
-                         [&](unsigned i) { return readFile(files[i]); });
+    return createProgram(__func__, context, {files, "filenames", n}, name, program,
+                         [&](unsigned i) { return readFile(files[i], elementOf("filenames", i)); });
 }
 
 SUNSTONE_API RTresult rtProgramDestroy(RTprogram program) {

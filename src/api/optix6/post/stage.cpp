@@ -150,7 +150,7 @@ denoise::Image PostProcessingStage::image(const char* name, bool isRequired) con
         return image;
     buffer->validate();
     if (!imageFormat(buffer->format, image.format))
-        refuseIt(RT_ERROR_INVALID_VALUE, name, "has a buffer of format ", unsigned(buffer->format),
+        refuseIt(RT_ERROR_INVALID_VALUE, name, "has a buffer of format ", nameOf(buffer->format),
                  ", but RT_FORMAT_FLOAT3, FLOAT4, HALF3 or HALF4 is needed");
     if (buffer->dimensions != 2 || buffer->mipLevels != 1)
         refuseIt(RT_ERROR_INVALID_VALUE, name, "has a buffer of ", buffer->dimensions,

@@ -28,13 +28,13 @@ void checkStream(const Buffer& stream, const Buffer& source) {
     if (!stream.stream)
         refuse(RT_ERROR_INVALID_VALUE, "stream is not of type RT_BUFFER_PROGRESSIVE_STREAM");
     if (stream.format != RT_FORMAT_UNSIGNED_BYTE4)
-        refuse(RT_ERROR_INVALID_VALUE, "the format of the stream buffer is ",
-               unsigned(stream.format), ", not RT_FORMAT_UNSIGNED_BYTE4");
+        refuse(RT_ERROR_INVALID_VALUE, "the format of the stream buffer is ", nameOf(stream.format),
+               ", not RT_FORMAT_UNSIGNED_BYTE4");
     if (source.typeBits() != RT_BUFFER_OUTPUT)
         refuse(RT_ERROR_INVALID_VALUE, "the source of a stream is not of type RT_BUFFER_OUTPUT");
     if (source.format != RT_FORMAT_FLOAT3 && source.format != RT_FORMAT_FLOAT4)
         refuse(RT_ERROR_INVALID_VALUE, "the format of the stream's source is ",
-               unsigned(source.format), ", neither RT_FORMAT_FLOAT3 nor RT_FORMAT_FLOAT4");
+               nameOf(source.format), ", neither RT_FORMAT_FLOAT3 nor RT_FORMAT_FLOAT4");
 }
 
 Progressive::Picture Progressive::pictureOf(const std::shared_ptr<Buffer>& stream,
