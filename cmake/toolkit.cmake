@@ -1,6 +1,7 @@
 # <build>/toolkit and <prefix>/cuda have the shape of a CUDA toolkit, so that build systems find ours
 # with CUDAToolkit_ROOT, CUDACXX or PATH:
-#   bin/nvcc                      our front end; ptxas and fatbinary are what clang calls
+#   bin/nvcc                      our front end; ptxas and fatbinary are what clang calls, bin2c
+#                                 what build files call to embed PTX
 #   include, lib64                links to the folders of headers and libraries
 #   device                        an archive without members in place of the device runtime
 #   nvvm/libdevice, version.json  what CMake and clang look for
@@ -22,7 +23,7 @@ file(CREATE_LINK ../lib/cuda ${toolkit}/lib64 SYMBOLIC)
 foreach(tool IN ITEMS sunstone_fatbin sunstone_link_stub)
     file(CREATE_LINK ../../bin/${tool} ${toolkit}/bin/${tool} SYMBOLIC)
 endforeach()
-foreach(name IN ITEMS ptxas fatbinary nvlink)
+foreach(name IN ITEMS bin2c ptxas fatbinary nvlink)
     file(CREATE_LINK nvcc ${toolkit}/bin/${name} SYMBOLIC)
 endforeach()
 
@@ -35,5 +36,5 @@ install(FILES ${toolkit}/device/libcudadevrt.a DESTINATION cuda/device COMPONENT
 install(FILES ${links}/include ${links}/lib64 ${toolkit}/version.json ${toolkit}/clang.cmake
     DESTINATION cuda COMPONENT sdk)
 install(FILES ${toolkit}/nvvm/libdevice/README DESTINATION cuda/nvvm/libdevice COMPONENT sdk)
-install(FILES ${toolkit}/bin/ptxas ${toolkit}/bin/fatbinary ${toolkit}/bin/nvlink DESTINATION cuda/bin
-    COMPONENT tools)
+install(FILES ${toolkit}/bin/bin2c ${toolkit}/bin/ptxas ${toolkit}/bin/fatbinary ${toolkit}/bin/nvlink
+    DESTINATION cuda/bin COMPONENT tools)

@@ -5,12 +5,12 @@
 #include "base/config.h"
 #include "base/error.h"
 #include "compiler/compiler.h"
+#include "compiler/debug/place.h"
 #include "device/cpu/memory.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
-#include <cxxabi.h>
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <map>
@@ -131,6 +131,9 @@ const char* nameOf(cpu::MemoryKind kind) {
         return "a module's variable";
     case cpu::MemoryKind::kArray:
         return "an array";
+    case cpu::MemoryKind::kShared:
+    case cpu::MemoryKind::kLent:
+        return "a buffer of the library";
     case cpu::MemoryKind::kMapped:
         return "mapped device memory";
     default:
@@ -229,14 +232,6 @@ std::string describe(Fault fault, const devlib::CheckedAccess& access, const Sce
     return text;
 }
 
-std::string readable(const char* name) {
-    int status = 0;
-    char* plain = abi::__cxa_demangle(name, nullptr, nullptr, &status);
-    std::string text = status == 0 && plain ? plain : name;
-    std::free(plain);
-    return text;
-}
-
 const char* wordOf(uint8_t kind) {
     return kind == devlib::kAccessLoad ? "read" : kind == devlib::kAccessStore ? "write" : "atomic";
 }
@@ -274,8 +269,8 @@ void report(Fault fault, const devlib::CheckedAccess& access, const Scene& scene
     bool hasNear = false;
     const std::string where = describe(fault, access, scene, near, hasNear);
     const char* const error = wordOf(fault, near, hasNear);
-    const std::string function = readable(place.function);
-    const std::string kernel = scene.kernel ? readable(scene.kernel) : std::string();
+    const std::string function = compiler::demangled(place.function);
+    const std::string kernel = scene.kernel ? compiler::demangled(scene.kernel) : std::string();
     const std::string line =
         *place.line ? std::string(place.line) : message("line ", place.ptxLine, " of the PTX");
     const void* address = reinterpret_cast<const void*>(access.address);

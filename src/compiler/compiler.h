@@ -119,6 +119,8 @@ struct ModuleSummary {
     // A function calls itself, directly or through others, or may do so: it calls by address, or a
     // function of another module.
     bool mayRecurse = true;
+    // Programs may wait for other launch indices: they have the means of locks and flags.
+    bool mayWaitForOthers = false;
     std::string remarks; // log lines of its creation
 
     // Converts all members to bytes and back; deserialize returns false for malformed bytes.

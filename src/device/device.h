@@ -57,10 +57,10 @@ public:
 // The CPU as a device; one per process.
 Device& cpuDevice();
 
-// Lends memory to the CPU device, or takes it back: CUDA calls and the memory check treat it as
-// managed memory, which they do not free.
-void lendToCpuDevice(void* memory, size_t size);
-void takeFromCpuDevice(void* memory) noexcept;
+// Zeroed memory of the library for host and device code of the CPU, aligned to 128 bytes. CUDA
+// calls treat it as managed memory, and do not free it. Throws kOutOfMemory.
+void* allocateCpuShared(size_t size);
+void freeCpuShared(void* memory) noexcept;
 // Whether the address lies in ranges that contain only the CPU device's memory.
 bool isCpuDeviceAddress(const void* address);
 

@@ -88,9 +88,8 @@ void checkRay(RayState* state) {
     checkFinite(state);
     checkRayFlags(state);
     // Eight bits are used here, as the manual requires; some processors use only four.
-    LaunchNotes* notes = notesOf(*state->launch);
-    if (notes && (state->sbtOffset > 15 || state->sbtStride > 15))
-        note(notes->wideSbt);
+    if (state->sbtOffset > 15 || state->sbtStride > 15)
+        note(*state->launch, &LaunchNotes::wideSbt);
 }
 
 bool fitsBuiltin(const GroupEntry& group, const bvh::BlockHeader* block, uint32_t sbtGasIndex) {

@@ -24,6 +24,7 @@ struct TinyRecords {
     static constexpr bool kAttributeBlocks = true;
     static constexpr bool kMaterials = false;
     static constexpr bool kAttributePrograms = false;
+    static constexpr bool kOwnRecords = true;
     static constexpr unsigned kAttributeWords = 2;
     static uint64_t hitIndex(const RayState&, uint32_t, uint32_t) { return 0; }
     static uint64_t hit(const RayState& ray, uint32_t, uint32_t) { return ray.launch->sbt.hitBase; }

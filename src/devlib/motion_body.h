@@ -133,7 +133,7 @@ template <class Records>
     if (!isKnown(state_, child)) {
         if constexpr (kChecked)
             checkUnknown(child);
-        noteUnknown(launch_, child);
+        note(launch_, &LaunchNotes::unknown, child);
         return false;
     }
     float worldToObject[12], newOrg[3], newDir[3];

@@ -15,6 +15,14 @@ namespace sunstone::devlib {
 
 constexpr uint32_t kNoGroup = ~0u;
 
+// The program that a record must name. Launches log records that are missing or wrong.
+enum class NeededProgram : uint32_t { kHit = 1, kMiss, kDirectCallable, kContinuationCallable };
+
+// The program in the upper half, the index of its record in the lower.
+SUNSTONE_INLINE uint64_t recordNote(NeededProgram program, uint64_t index) {
+    return uint64_t(program) << 32 | uint32_t(index);
+}
+
 // Address of a record in a table, or 0 for an index beyond the table.
 SUNSTONE_INLINE uint64_t recordAt(uint64_t base, uint32_t stride, uint32_t count, uint64_t index) {
     return base == 0 || index >= count ? 0 : base + index * stride;
@@ -41,6 +49,7 @@ struct SbtRecords {
     static constexpr bool kMaterials = false;         // reports choose a record among the input's
     static constexpr bool kAttributePrograms = false; // of triangles
     static constexpr bool kOwnHandles = false;        // rays have handles of the shell alone
+    static constexpr bool kOwnRecords = false;        // the shell fills the records
     static constexpr unsigned kAttributeWords = kMaxAttributeWords; // of a hit, beside the blocks
 
     // The index of a hit's record, also for messages.
@@ -81,6 +90,7 @@ struct ClassicRecords {
     static constexpr bool kMaterials = true;
     static constexpr bool kAttributePrograms = true;
     static constexpr bool kOwnHandles = true;
+    static constexpr bool kOwnRecords = true;
     static constexpr unsigned kAttributeWords = 2; // barycentrics
 
     SUNSTONE_INLINE_MEMBER static uint64_t hitIndex(const RayState& ray, uint32_t sbtGasIndex,

@@ -10,6 +10,7 @@
 #include "bvh/shapes/shapes.h"
 #include "bvh/walk/kernels.h"
 #include "devlib/checks.h"
+#include "devlib/launch_notes.h"
 #include "devlib/records.h"
 #include "devlib/trace_sets.h"
 
@@ -28,23 +29,30 @@ uint64_t noCallable(RayState*) {
 
 // Compiled code calls this for each call, not at the look-up of the callable: the data set here is
 // then the callee's, whatever was looked up or called in between.
-const void* callable(RayState* state, uint32_t sbtIndex, uint32_t call) {
+const void* findCallable(RayState* state, uint32_t sbtIndex, uint32_t call) {
     checkStack(state);
     const bool continuation = call & 1;
     const uint64_t record = SbtRecords::callable(*state->launch, sbtIndex);
     const GroupEntry* group = resolve(*state->launch, record, kGroupCallables).group;
-    const void* code =
-        group ? group->code[continuation ? kRoleContinuation : kRoleDirect] : nullptr;
     state->callableData = dataOf(record);
-    return code ? code : reinterpret_cast<const void*>(&noCallable);
+    return group ? group->code[continuation ? kRoleContinuation : kRoleDirect] : nullptr;
+}
+
+const void* callable(RayState* state, uint32_t sbtIndex, uint32_t call) {
+    if (const void* const code = findCallable(state, sbtIndex, call))
+        return code;
+    const auto needed =
+        call & 1 ? NeededProgram::kContinuationCallable : NeededProgram::kDirectCallable;
+    note(*state->launch, &LaunchNotes::record, recordNote(needed, sbtIndex));
+    return reinterpret_cast<const void*>(&noCallable);
 }
 
 const void* classicCallable(RayState* state, uint32_t id, uint32_t call) {
-    const void* const code = callable(state, id, call);
-    if (code == reinterpret_cast<const void*>(&noCallable))
-        if (const int32_t fault = ClassicRecords::callableFault(*state->launch))
-            state->launch->raise(state, fault, nullptr);
-    return code;
+    if (const void* const code = findCallable(state, id, call))
+        return code;
+    if (const int32_t fault = ClassicRecords::callableFault(*state->launch))
+        state->launch->raise(state, fault, nullptr);
+    return reinterpret_cast<const void*>(&noCallable);
 }
 
 const void* checkedCallable(RayState* state, uint32_t sbtIndex, uint32_t call) {

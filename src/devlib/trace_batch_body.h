@@ -59,6 +59,8 @@ static ProgramFn commitHit(RayState& state, const FoundTriangle& found, uint64_t
     state.tmax = found.t;
     const ResolvedRecord r = resolve(
         *state.launch, SbtRecords::hit(state, hit.sbtGasIndex, hit.instanceSbtOffset), kGroupHit);
+    noteRecord<SbtRecords>(*state.launch, r, NeededProgram::kHit,
+                           SbtRecords::hitIndex(state, hit.sbtGasIndex, hit.instanceSbtOffset));
     hit.record = r.record;
     state.sbtData = dataOf(uint64_t(r.record));
     return r.group ? r.group->program(kRoleMain) : nullptr;

@@ -69,9 +69,14 @@ SUNSTONE_INLINE bool isKnown(RayState* state, uint64_t handle) {
     return true;
 }
 
-[[gnu::noinline, gnu::cold]] static void noteUnknown(const LaunchState& launch, uint64_t handle) {
-    if (LaunchNotes* notes = notesOf(launch); notes && handle != 0)
-        note(notes->unknown, handle);
+// Logs that no program runs at a hit or a miss, because the application's record is missing or
+// wrong.
+template <class Records>
+SUNSTONE_INLINE void noteRecord(const LaunchState& launch, const ResolvedRecord& record,
+                                NeededProgram program, uint64_t index) {
+    if constexpr (!Records::kOwnRecords)
+        if (__builtin_expect(!record.group, 0))
+            note(launch, &LaunchNotes::record, recordNote(program, index));
 }
 
 // The sides of triangles that a ray passes, below an instance with these flags.
@@ -170,6 +175,7 @@ public:
         if constexpr (Records::kAttributeBlocks)
             std::swap(state_->attributeBlocks[0], state_->attributeBlocks[1]);
         const ResolvedRecord r = hitRecord<false>(best_.sbtGasIndex, best_.instanceSbtOffset);
+        noteHit(r, best_.sbtGasIndex, best_.instanceSbtOffset);
         hit.record = r.record;
         state_->sbtData = dataOf(uint64_t(r.record));
         if constexpr (Records::kAttributePrograms)
@@ -239,6 +245,12 @@ private:
         return record;
     }
 
+    SUNSTONE_INLINE_MEMBER void noteHit(const ResolvedRecord& record, uint32_t sbtGasIndex,
+                                        uint32_t instanceSbtOffset) const {
+        noteRecord<Records>(launch_, record, NeededProgram::kHit,
+                            Records::hitIndex(*state_, sbtGasIndex, instanceSbtOffset));
+    }
+
     // Stores the current path for an exception program.
     void exposePath() const {
         Hit& hit = state_->hit;
@@ -255,8 +267,7 @@ private:
             exposePath();
             launch_.raise(state_, kExceptionTraversalDepth, nullptr);
         }
-        if (LaunchNotes* notes = notesOf(launch_))
-            note(notes->deepGraph);
+        note(launch_, &LaunchNotes::deepGraph);
         return transformCount_ + 2 > kMaxGraphDepth;
     }
 
@@ -268,14 +279,12 @@ private:
 
     // Two kinds of traversables that a pipeline's options may exclude. Rays ignore them, and the
     // log reports them. Both return false: nothing ends the trace.
-    [[gnu::noinline, gnu::cold]] bool excludedByFlags() const {
-        if (LaunchNotes* notes = notesOf(launch_))
-            note(notes->outsideFlags);
+    bool excludedByFlags() const {
+        note(launch_, &LaunchNotes::outsideFlags);
         return false;
     }
-    [[gnu::noinline, gnu::cold]] bool excludedAsMoving() const {
-        if (LaunchNotes* notes = notesOf(launch_))
-            note(notes->motion);
+    bool excludedAsMoving() const {
+        note(launch_, &LaunchNotes::motion);
         return false;
     }
 
@@ -394,7 +403,9 @@ private:
             bestTransforms_[i] = transforms_[i];
     }
 
-    // Stores a candidate for programs. False if flags drop it.
+    // Stores a candidate for programs. False if flags drop it. kNeedsProgram: without any-hit
+    // program, too.
+    template <bool kNeedsProgram = false>
     SUNSTONE_INLINE_MEMBER bool startCandidate(uint32_t primitive, uint32_t sbtWord) {
         const bool enabled = anyHitEnabled(instanceFlags_, sbtWord);
         if (droppedByFlags(rayFlags_, enabled))
@@ -404,6 +415,8 @@ private:
         hit.primitive = primitive;
         hit.sbtGasIndex = sbtWord & bvh::kSbtIndexMask;
         const ResolvedRecord r = hitRecord<true>(hit.sbtGasIndex, instanceSbtOffset_);
+        if (kNeedsProgram || candidateAnyHit_)
+            noteHit(r, hit.sbtGasIndex, instanceSbtOffset_);
         candidateGroup_ = r.group;
         hit.record = r.record;
         state_->sbtData = dataOf(uint64_t(r.record));
@@ -639,7 +652,7 @@ private:
     };
 
     [[gnu::noinline]] bool intersectCustom(uint32_t primitive, uint32_t sbtWord) {
-        if (!startCandidate(primitive, sbtWord) || !candidateGroup_ ||
+        if (!startCandidate<true>(primitive, sbtWord) || !candidateGroup_ ||
             !candidateGroup_->program(kRoleIntersection))
             return false;
         state_->tmax = tmax_;
@@ -804,7 +817,7 @@ private:
         if (!isKnown(state_, transform->child)) {
             if constexpr (kChecked)
                 checkUnknown(transform->child);
-            noteUnknown(launch_, transform->child);
+            note(launch_, &LaunchNotes::unknown, transform->child);
             return false;
         }
         float newOrg[3], newDir[3];
@@ -897,6 +910,7 @@ template <class Records>
             info.sbtOffset = state->missIndex;
             state->launch->raise(state, kExceptionInvalidMissSbt, &info);
         }
+    noteRecord<Records>(*state->launch, r, NeededProgram::kMiss, state->missIndex);
     state->hit.record = nullptr;
     state->hit.transformCount = 0;
     state->sbtData = dataOf(uint64_t(r.record));
@@ -935,6 +949,7 @@ SUNSTONE_INLINE ProgramFn walkRay(RayState* state) {
     if (state->depth > launch.maxTraceDepth) {
         if (launch.exceptionFlags & kFlagTraceDepth)
             raiseWithoutPath(state, kExceptionTraceDepth);
+        note(launch, &LaunchNotes::deepTrace);
         return nullptr;
     }
     if constexpr (kChecked)
@@ -948,7 +963,7 @@ SUNSTONE_INLINE ProgramFn walkRay(RayState* state) {
                 info.traversable = state->handle;
                 raiseWithoutPath(state, kExceptionInvalidTraversable, &info);
             }
-        noteUnknown(launch, state->handle);
+        note(launch, &LaunchNotes::unknown, state->handle);
         return startMiss<Records>(state);
     }
     const ProgramFn closestHit = findHit<Records, kInstancing>(state, found);

@@ -7,7 +7,9 @@
 #include "bvh/layout.h"
 #include "bvh/testing/meshes.h"
 #include "devlib/checks.h"
+#include "devlib/flags.h"
 #include "devlib/launch_notes.h"
+#include "devlib/records.h"
 #include "devlib/trace_sets.h"
 #include "math/affine.h"
 
@@ -72,6 +74,7 @@ protected:
             miss_[i] = {{kSbtMagic, kMissGroup, kGroupMiss, {}}, {100 + i, 0, 0, 0}};
         callable_[0] = {{kSbtMagic, kCallableGroup, kGroupCallables, {}}, {7, 0, 0, 0}};
         launch_ = {};
+        launch_.exceptionFlags = kHasNotes;
         launch_.maxTraceDepth = 5;
         launch_.maxGraphDepth = kMaxGraphDepth;
         launch_.groups = groups_;
@@ -164,7 +167,7 @@ protected:
 
     GroupEntry groups_[5] = {};
     Record hit_[32], miss_[4], callable_[1];
-    LaunchState launch_;
+    NotedLaunch launch_;
     ThreadState thread_{};
 };
 
@@ -339,9 +342,10 @@ TEST_P(Trace, DepthLimitAndRecursion) {
     launch_.trace(&r);
     EXPECT_EQ(deepest, 5u);
     EXPECT_EQ(misses, 0u);
+    EXPECT_EQ(launch_.notes.deepTrace, 1u);
     static int32_t thrown;
     thrown = 0;
-    launch_.exceptionFlags = 2;
+    launch_.exceptionFlags = kFlagTraceDepth;
     launch_.raise = [](RayState*, int32_t code, const ExceptionInfo*) { thrown = code; };
     launch_.trace(&r);
     EXPECT_EQ(thrown, -2);
@@ -352,25 +356,47 @@ TEST_P(Trace, BrokenTablesActAsNoProgram) {
     int calls = 0, misses = 0;
     programs.closestHit = programs.anyHit = [&](RayState*) { return ++calls, kAccept; };
     programs.miss = [&](RayState*) { return ++misses, kAccept; };
-    const auto run = [&](uint32_t offset) {
+    const auto run = [&](uint32_t offset, uint32_t flags = 0) { // returns what is logged
+        launch_.notes = {};
         RayState r = ray(handleOf(s), kEye, kDown);
         r.sbtOffset = offset;
+        r.rayFlags = flags;
         launch_.trace(&r);
+        return launch_.notes.record;
     };
-    run(32); // index out of range
+    const auto missing = [](uint64_t index) { return recordNote(NeededProgram::kHit, index); };
+    EXPECT_EQ(run(40), missing(40));
+    // Nothing is missing where no program would run.
+    EXPECT_EQ(run(40, kRayDisableAnyHit | kRayDisableClosestHit), 0u);
     hit_[0].header.group = 77;
-    run(0);
+    EXPECT_EQ(run(0), missing(0));
+    EXPECT_EQ(run(0, kRayDisableAnyHit), missing(0));
     hit_[0].header.group = kMissGroup;
     hit_[0].header.kind = kGroupMiss;
-    run(0);
+    EXPECT_EQ(run(0), missing(0));
     hit_[0].header.magic = 0;
-    run(0);
+    EXPECT_EQ(run(0), missing(0));
     hit_[0] = {{kSbtMagic, kEmptyGroup, kGroupHit, {}}, {}};
-    run(0);
+    EXPECT_EQ(run(0), 0u);
     launch_.sbt.hitBase = 0;
-    run(0);
+    EXPECT_EQ(run(0), missing(0));
     EXPECT_EQ(calls, 0);
     EXPECT_EQ(misses, 0); // the surface is hit all the same
+}
+
+TEST_P(Trace, MissesWithoutRecordsAreNoted) {
+    const Structure s = squares(2);
+    const auto run = [&](uint32_t index) {
+        launch_.notes = {};
+        RayState r = ray(handleOf(s), kEye, {0, 0, 1});
+        r.missIndex = index;
+        launch_.trace(&r);
+        return launch_.notes.record;
+    };
+    EXPECT_EQ(run(3), 0u);
+    EXPECT_EQ(run(4), recordNote(NeededProgram::kMiss, 4));
+    miss_[1].header.magic = 0;
+    EXPECT_EQ(run(1), recordNote(NeededProgram::kMiss, 1));
 }
 
 TEST_P(Trace, CustomPrimitives) {

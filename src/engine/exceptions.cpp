@@ -93,9 +93,27 @@ std::string describeException(const ThreadState& thread, const Wording& wording,
     return text + compiler::placeText(instruction);
 }
 
-std::string unknownHandleRemark(uint64_t handle) {
-    return message("a ray met the handle ", reinterpret_cast<const void*>(handle),
-                   ", which is no traversable or whose memory is freed; there is nothing to hit");
+std::vector<LaunchRemark> remarksOf(const LaunchNotes& notes, const LaunchState& launch,
+                                    const Wording& wording) {
+    std::vector<LaunchRemark> remarks;
+    const auto add = [&](bool applies, auto text, LogLevel level = LogLevel::kWarning) {
+        if (applies)
+            remarks.push_back({level, text()});
+    };
+    add(notes.deepGraph, [&] { return wording.deepGraph(launch.maxGraphDepth); });
+    add(notes.wideSbt, [&] { return wording.wideRecordOffset; });
+    add(notes.outsideFlags, [&] { return wording.excludedGraph; });
+    add(notes.motion, [&] { return wording.excludedMotion; });
+    add(notes.unknown, [&] {
+        return message(
+            "a ray met the handle ", reinterpret_cast<const void*>(notes.unknown),
+            ", which is no traversable or whose memory is freed; there is nothing to hit");
+    });
+    add(notes.deepTrace, [&] { return wording.deepTrace(launch.maxTraceDepth); }, LogLevel::kError);
+    add(
+        notes.record, [&] { return wording.missingRecord(notes.record, launch.sbt); },
+        LogLevel::kError);
+    return remarks;
 }
 
 uint64_t stackLimitOfThread() {

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// A launch's record of exceptions of its device programs: it keeps the one at the lowest launch
-// index, so that reports are the same in every run.
+// What the log says about a launch. The record of exceptions of its device programs keeps the one
+// at the lowest launch index, so that reports are the same in every run.
 #pragma once
 
 #include "base/faults.h"
-#include "devlib/abi.h"
+#include "base/log.h"
+#include "devlib/launch_notes.h"
 #include "engine/wording.h"
 
 #include <atomic>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace sunstone::engine {
 
@@ -18,8 +20,16 @@ namespace sunstone::engine {
 std::string describeException(const devlib::ThreadState& thread, const Wording& wording,
                               const void* instruction = nullptr);
 
-// The log's text for handles that refer to no known structure.
-std::string unknownHandleRemark(uint64_t handle);
+// A line for the log.
+struct LaunchRemark {
+    LogLevel level;
+    std::string text;
+};
+
+// The lines about a launch that did not fail: what it ignored or left out. `launch`: for its SBT
+// and limits. Where programs did not run the picture is wrong, and the line is an error.
+std::vector<LaunchRemark> remarksOf(const devlib::LaunchNotes& notes,
+                                    const devlib::LaunchState& launch, const Wording& wording);
 
 // Lowest address that frames of the calling thread may reach, with room left for functions of the
 // run-time that do not check.

@@ -170,6 +170,7 @@ std::shared_ptr<Pipeline> createPipeline(Context& context,
     forEachModule(groups, [&](const Module& module) {
         const auto& own = module.moduleRules->boundValues;
         pipeline->boundValues.insert(pipeline->boundValues.end(), own.begin(), own.end());
+        pipeline->mayWaitForOthers |= module.summary.mayWaitForOthers;
     });
     checkBoundValues(pipeline->boundValues);
 

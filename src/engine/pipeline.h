@@ -89,6 +89,7 @@ struct Pipeline {
     std::vector<std::string> callableNames;        // GroupEntry points to them
     bool hasAnyHit = false;
     bool hasIntersection = false;
+    bool mayWaitForOthers = false; // see compiler::ModuleSummary
     mutable cpu::Pace pace; // of launches on the CPU
 };
 

@@ -16,6 +16,14 @@ const Wording& plainWording() {
         [](unsigned declared) {
             return message("a traversable graph has more than the ", declared, " levels declared");
         },
+        [](unsigned limit) {
+            return message("a ray was traced below depth ", limit,
+                           ", the limit of the pipeline; no program ran for it");
+        },
+        [](uint64_t note, const devlib::SbtView&) {
+            return message("record ", uint32_t(note),
+                           " is missing or wrong; no program ran for it");
+        },
         "the context's API"};
     return wording;
 }

@@ -3,6 +3,8 @@
 // wording to the contexts that it makes; all members are set and live as long as the process.
 #pragma once
 
+#include "devlib/abi.h"
+
 #include <cstdint>
 #include <string>
 
@@ -15,6 +17,9 @@ struct Wording {
     const char* excludedGraph;    // a ray met a graph that the pipeline's flags exclude
     const char* excludedMotion;   // a ray without a time met a moving object
     std::string (*deepGraph)(unsigned declared); // a graph has more levels than declared
+    std::string (*deepTrace)(unsigned limit);    // a ray was traced below the limit of depth
+    // A record (devlib::recordNote) is outside its table, or its header is wrong.
+    std::string (*missingRecord)(uint64_t note, const devlib::SbtView& sbt);
     const char* packedBy; // the function that packs headers: "... has no header packed by X"
 };
 

@@ -107,7 +107,7 @@ private:
         else if (!isSame(known, variable) && variable.linkage != Linkage::kWeak &&
                  variable.linkage != Linkage::kCommon)
             fail(Code::kInvalidValue, "variable \"", variable.name,
-                 "\" has different definitions in two of the texts");
+                 "\" is defined in two of the texts");
     }
 
     void addFunction(Function function) {
@@ -127,7 +127,7 @@ private:
             if (function.linkage != Linkage::kWeak &&
                 textOf(merged_.functions[known->second]) != textOf(function))
                 fail(Code::kInvalidValue, "function \"", function.name,
-                     "\" has different definitions in two of the texts");
+                     "\" is defined in two of the texts");
             return;
         }
         for (Function& other : merged_.functions)

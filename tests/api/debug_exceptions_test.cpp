@@ -167,6 +167,28 @@ TEST_P(DebugExceptions, EveryMistakeHasItsCodeAndDetails) {
     }
 }
 
+// What the log says about mistakes that keep programs from running; else an empty text.
+std::string remarkOf(unsigned mistake) {
+    switch (mistake) {
+    case kDeepTrace:
+        return "optixTrace was called below maxTraceDepth = 1 of";
+    case kBadMiss:
+        return "a miss needs miss record 7, but missRecordCount is 1;";
+    case kBadHit:
+        return "a hit needs hit group record 200, but hitgroupRecordCount is 2;";
+    case kCallableOutOfRange:
+        return "optixDirectCall needs callables record 77, but callablesRecordCount is 3;";
+    case kNoDirect:
+        return "optixDirectCall needs callables record 2, whose header optixSbtRecordPackHeader "
+               "packed for no group with a direct callable of this pipeline;";
+    case kNoContinuation:
+        return "optixContinuationCall needs callables record 0, whose header "
+               "optixSbtRecordPackHeader packed for no group with a continuation callable";
+    default:
+        return {};
+    }
+}
+
 // Undefined by the manual; must not crash, and the launch continues.
 TEST_P(DebugExceptions, WithoutFlagsMistakesAreHarmless) {
     prepare(OPTIX_EXCEPTION_FLAG_NONE);
@@ -184,6 +206,8 @@ TEST_P(DebugExceptions, WithoutFlagsMistakesAreHarmless) {
             ASSERT_EQ(1u, result(i).reached);
             ASSERT_EQ(1000, result(i).code);
         }
+        const std::string remark = remarkOf(mistake);
+        ASSERT_EQ(!remark.empty(), log_.hasError("", remark)) << log_.all();
     }
 }
 
@@ -250,6 +274,29 @@ TEST_P(DebugExceptions, RecordsOfNothing) {
         ASSERT_EQ(OPTIX_EXCEPTION_CODE_TRAVERSAL_INVALID_MISS_SBT, result(39).code);
         ASSERT_EQ(7u, result(39).sbtOffset);
     }
+}
+
+// The same without exceptions.
+TEST_P(DebugExceptions, RecordsOfNothingAreLogged) {
+    prepare(OPTIX_EXCEPTION_FLAG_NONE);
+    Buffer zeros(1024, 16);
+    zeros.fill(0);
+    const auto expect = [&](unsigned mistake, const char* text) {
+        log_.clear();
+        ASSERT_OK(launch(mistake, 40));
+        EXPECT_EQ(1000, result(39).code);
+        EXPECT_TRUE(log_.hasError("", text)) << log_.all();
+    };
+    change_ = [&](OptixShaderBindingTable& sbt) { sbt.hitgroupRecordBase = zeros.address(); };
+    expect(kFine, "a hit needs hit group record 0, whose header optixSbtRecordPackHeader packed "
+                  "for no hit group of this pipeline; no program ran for it");
+    change_ = [&](OptixShaderBindingTable& sbt) {
+        sbt.missRecordBase = zeros.address();
+        sbt.missRecordStrideInBytes = 32;
+        sbt.missRecordCount = 8;
+    };
+    expect(kBadMiss, "a miss needs miss record 7, whose header optixSbtRecordPackHeader packed for "
+                     "no miss group of this pipeline; no program ran for it");
 }
 
 // The first groups of two contexts would have equal numbers if both were counted from one.

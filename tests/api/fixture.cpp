@@ -6,6 +6,7 @@
 
 #include "optix_function_table_definition.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -51,6 +52,14 @@ bool LogRecord::hasError(std::string_view first, std::string_view second) const 
             line.text.find(second) != std::string::npos)
             return true;
     return false;
+}
+
+bool LogRecord::hasUnexpectedError() const {
+    const std::vector<LogLine> all = lines();
+    return std::any_of(all.begin(), all.end(), [&](const LogLine& line) {
+        return line.level <= 2 &&
+               (expected_.empty() || line.text.find(expected_) == std::string::npos);
+    });
 }
 
 std::string LogRecord::all() const {

@@ -65,11 +65,15 @@ public:
     std::vector<LogLine> lines() const;
     // A line of level 1 or 2 containing both texts.
     bool hasError(std::string_view first, std::string_view second) const;
+    // An error without the text given to expect().
+    bool hasUnexpectedError() const;
+    void expect(std::string text) { expected_ = std::move(text); }
     std::string all() const;
 
 private:
     mutable std::mutex mutex_;
     std::vector<LogLine> lines_;
+    std::string expected_;
 };
 
 // Loads the library once per process; throws if it cannot.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // optixLaunch, launch parameters and the shader binding table (OptiX 7.4, sections 3.9, 5.33).
 #include "device/launch.h"
+#include "device_memory.h"
 #include "rig.h"
 #include "scene.h"
 
@@ -258,6 +259,20 @@ TEST_P(Launch, RecordsThatAreNoRaygenRecords) {
     }
 }
 
+// Not promised by the manual; other launch indices of the thread must not spin on a lock whose
+// owner waits at its trace.
+TEST_P(Launch, LocksAcrossTracesEnd) {
+    if (onGpu())
+        GTEST_SKIP() << "lanes of a warp that spin keep the owner of the lock from going on";
+    auto r = rig("locks", compileOptions(1));
+    r->raygenRecord(r->raygen("__raygen__locked"));
+    r->missRecord(r->miss("__miss__answer"));
+    r->link();
+    constexpr unsigned kWaiting = 20000;
+    r->run(params_, kWaiting);
+    EXPECT_EQ(3 * kWaiting, seen(0).record);
+}
+
 class LaunchRecords : public Launch {
 protected:
     // A ray along z hits the square at z = 0.
@@ -266,6 +281,7 @@ protected:
         mesh_ = std::make_unique<TriangleMesh>(
             std::vector<Vec3>{{-1, -1, 0}, {3, -1, 0}, {-1, 3, 0}}, std::vector<uint32_t>{0, 1, 2});
         accel_ = buildAccel(context_, log_, {mesh_->input});
+        log_.expect(" record "); // most tests use records that are missing or wrong
     }
     unsigned answer(Rig& r) {
         seen_.fill(0);

@@ -232,8 +232,9 @@ TEST_P(Programs, ExceptionsEndDeepRecursion) {
 }
 
 TEST_P(Programs, RecursionBeyondTheLimitEnds) {
-    // Traces deeper than maxTraceDepth are undefined; in Sunstone the trace returns and no program
-    // runs.
+    // Traces deeper than maxTraceDepth are undefined; in Sunstone the trace returns, no program
+    // runs, and the log has an error.
+    log_.expect("optixTrace was called below maxTraceDepth = 4");
     auto low = wall(0), high = wall(1);
     Accel accel = buildAccel(context_, log_, {low->input, high->input});
     auto r = rig("recursion", compileOptions(3));

@@ -154,7 +154,7 @@ void Rig::runBytes(const void* params, size_t size, unsigned width, unsigned hei
     require(optixLaunch(pipeline_, nullptr, memory.address(), size, &sbt, width, height, depth),
             "optixLaunch", log_);
     waitForDevice();
-    if (log_.hasError("", ""))
+    if (log_.hasUnexpectedError())
         throw std::runtime_error("errors in the log:\n" + log_.all());
 }
 

@@ -86,7 +86,7 @@ Accel buildAccel(OptixDeviceContext context, const LogRecord& log,
                             unsigned(emit.size())),
             "optixAccelBuild", log);
     waitForDevice();
-    if (log.hasError("", ""))
+    if (log.hasUnexpectedError())
         throw std::runtime_error("errors in the log:\n" + log.all());
     temp.fill(0xEE);
     return accel;

@@ -85,6 +85,54 @@ TEST_F(Edits, TexturesFollowTheSizeOfTheirBuffer) {
     }
 }
 
+// Programs set the size of a buffer for each frame.
+TEST_F(Edits, BuffersOfTheSameSizeKeepTheirContents) {
+    RTbuffer buffer = nullptr;
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT_OUTPUT, &buffer));
+    ok(rtBufferSetFormat(buffer, RT_FORMAT_UNSIGNED_INT));
+    const auto first = [&] {
+        void* mapped = nullptr;
+        ok(rtBufferMap(buffer, &mapped));
+        auto* const value = static_cast<unsigned*>(mapped);
+        const unsigned before = *value;
+        *value = 7;
+        ok(rtBufferUnmap(buffer));
+        return before;
+    };
+    ok(rtBufferSetSize2D(buffer, 4, 3));
+    EXPECT_EQ(first(), 0u);
+    ok(rtBufferSetSize2D(buffer, 4, 3));
+    EXPECT_EQ(first(), 7u);
+    ok(rtBufferSetSize2D(buffer, 3, 4));
+    EXPECT_EQ(first(), 0u);
+    ok(rtBufferSetSize1D(buffer, 3));
+    EXPECT_EQ(first(), 0u);
+}
+
+// On the CPU. A buffer takes memory when it is used.
+TEST_F(Edits, LargeBuffersTakeNoMemoryBeforeTheyAreUsed) {
+    if (runsOnGpu())
+        GTEST_SKIP() << "the driver decides";
+    const auto residentPages = [] {
+        size_t all = 0, resident = 0;
+        std::ifstream("/proc/self/statm") >> all >> resident;
+        return resident;
+    };
+    RTbuffer buffer = nullptr;
+    ok(rtBufferCreate(context_, RT_BUFFER_INPUT_OUTPUT, &buffer));
+    ok(rtBufferSetFormat(buffer, RT_FORMAT_FLOAT));
+    const size_t before = residentPages();
+    ok(rtBufferSetSize1D(buffer, size_t(64) << 20));
+    void* mapped = nullptr;
+    ok(rtBufferMap(buffer, &mapped));
+    EXPECT_EQ(static_cast<const float*>(mapped)[size_t(48) << 20], 0);
+    ok(rtBufferUnmap(buffer));
+    EXPECT_LT(residentPages(), before + (size_t(16) << 20) / 4096) << "of 256 MiB";
+    ok(rtBufferSetSize1D(buffer, size_t(1) << 20));
+    fails(RT_ERROR_MEMORY_ALLOCATION_FAILED, rtBufferSetSize1D(buffer, size_t(1) << 44),
+          "no memory");
+}
+
 TEST_F(Edits, InvalidTextureIdsAreExceptions) {
     enter("read_texture_id");
     ok(rtContextSetExceptionProgram(context_, 0, edit("note_code")));

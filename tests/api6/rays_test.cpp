@@ -142,6 +142,30 @@ TEST_F(Rays, AttributeProgramsOfTriangles) {
     EXPECT_FLOAT_EQ(shoot(group({instance(mesh, {material("hit_tag")})}))[0], 100.25f);
 }
 
+// Their values are undefined.
+TEST_F(Rays, AttributesThatNoProgramSetsAreReported) {
+    std::string reports;
+    ok(rtContextSetUsageReportCallback(
+        context_,
+        [](int, const char*, const char* text, void* all) {
+            *static_cast<std::string*>(all) += text;
+        },
+        1, &reports));
+    shoot(group({instance(triangle(1), {material("hit_tag")})}));
+    EXPECT_NE(reports.find("program \"hit_tag\" reads attribute \"tag\" with 4 bytes, but the "
+                           "triangles have no attribute program"),
+              std::string::npos)
+        << reports;
+    reports.clear();
+    shoot(group({instance(triangle(1), {material("hit_triangle")})}));
+    EXPECT_EQ(reports, "") << "built-in attributes need no program";
+    shoot(group({instance(squares(1), {material("hit_tag")})}));
+    EXPECT_NE(reports.find("\"tag\" with 4 bytes, which program \""), std::string::npos) << reports;
+    EXPECT_NE(reports.find("\" does not set; its value is undefined"), std::string::npos)
+        << reports;
+    ok(rtContextSetUsageReportCallback(context_, nullptr, 0, nullptr));
+}
+
 TEST_F(Rays, TrianglesAndCustomGeometryInOneGroup) {
     RTmaterial custom = material("hit_mark"), mesh = material("hit_triangle");
     RTgeometrygroup both = group({instance(squares(1), {custom}), instance(triangle(6), {mesh})});

@@ -79,6 +79,15 @@ TEST(NvccOptions, OptionsWithoutEffectAndOfClang) {
     EXPECT_EQ(line.host, (Words{"-fno-exceptions", "-Wno-deprecated-declarations"}));
 }
 
+// FindCUDA passes quoted words; macros and folders also apply to device code.
+TEST(NvccOptions, WordsForTheHostCompiler) {
+    const CommandLine line =
+        parse({"-Xcompiler", ",\"-g\",\"-DA=\\\"x y\\\"\"", "-Xcompiler", "-O2 -DW=1", "-Xcompiler",
+               "\"-Wall\",\"\"", "-Xcompiler=-Ifolder", "a.cu"});
+    EXPECT_EQ(line.host, (Words{"-g", "-O2", "-Wall"}));
+    EXPECT_EQ(line.common, (Words{"-DA=\"x y\"", "-DW=1", "-Ifolder"}));
+}
+
 TEST(NvccOptions, Refused) {
     for (const Words& words : {Words{"--nonsense"},
                                {"-arch=nothing"},

@@ -2,6 +2,7 @@
 // nvcc: a front end over clang that knows the common options of NVIDIA's compiler. Build systems
 // find it in the toolkit-shaped folder of an installation. A source is compiled to PTX for each
 // architecture; the PTX is packed (sunstone_fatbin) and embedded in the host's object.
+#include "bin2c.h"
 #include "options.h"
 
 #include "api/nvrtc/asm_text.h"
@@ -488,6 +489,8 @@ int runAs(const std::string& name, const Words& words) {
         return runAssembler(words);
     if (name == "fatbinary")
         return packImages(words);
+    if (name == "bin2c")
+        return runBin2c(words);
     if (name == "nvlink")
         throw std::runtime_error(
             "nvlink fatal   : relocatable device code needs Sunstone's nvcc, or "

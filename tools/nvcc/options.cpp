@@ -9,6 +9,7 @@
 #include <fstream>
 #include <functional>
 #include <sstream>
+#include <string_view>
 
 namespace sunstone::nvcc {
 
@@ -35,6 +36,33 @@ std::vector<std::string> splitAt(const std::string& text, char separator) {
         if (!part.empty())
             parts.push_back(part);
     return parts;
+}
+
+// The words of a text, which may be quoted.
+std::vector<std::string> wordsOf(std::istream& in, std::string_view separators) {
+    std::vector<std::string> words;
+    std::string word;
+    bool isQuoted = false, hasWord = false;
+    for (char c; in.get(c);) {
+        if (c == '"') {
+            isQuoted = !isQuoted;
+            hasWord = true;
+        } else if (c == '\\' && in.peek() != EOF && in.peek() != '\n') {
+            word += char(in.get());
+            hasWord = true;
+        } else if (!isQuoted && separators.find(c) != separators.npos) {
+            if (hasWord)
+                words.push_back(word);
+            word.clear();
+            hasWord = false;
+        } else {
+            word += c;
+            hasWord = true;
+        }
+    }
+    if (hasWord)
+        words.push_back(word);
+    return words;
 }
 
 // The architecture of PTX for "compute_75", "sm_75", "sm_90a".
@@ -113,9 +141,16 @@ void setRuntime(CommandLine& line, const std::string& value) {
 void setStream(CommandLine& line, const std::string& value) {
     line.perThread = value == "per-thread";
 }
+// As in NVIDIA's nvcc, macros and folders also apply to device code.
 void forwardToHost(CommandLine& line, const std::string& value) {
-    for (const std::string& part : splitAt(value, ','))
-        line.host.push_back(part);
+    std::istringstream in(value);
+    for (const std::string& word : wordsOf(in, ", \t")) {
+        if (word.empty())
+            continue;
+        const bool isOfBoth =
+            word.starts_with("-D") || word.starts_with("-U") || word.starts_with("-I");
+        (isOfBoth ? line.common : line.host).push_back(word);
+    }
 }
 void forwardToLinker(CommandLine& line, const std::string& value) {
     for (const std::string& part : splitAt(value, ','))
@@ -308,34 +343,11 @@ void addFile(CommandLine& line, const std::string& file) {
         line.sources.push_back(file);
 }
 
-// The words of a file, which may be quoted.
 std::vector<std::string> wordsOfFile(const std::string& path) {
     std::ifstream in(path, std::ios::binary);
     if (!in)
         refuse("Could not open options file '" + path + "'");
-    std::vector<std::string> words;
-    std::string word;
-    bool isQuoted = false, hasWord = false;
-    for (char c; in.get(c);) {
-        if (c == '"') {
-            isQuoted = !isQuoted;
-            hasWord = true;
-        } else if (c == '\\' && in.peek() != EOF && in.peek() != '\n') {
-            word += char(in.get());
-            hasWord = true;
-        } else if (!isQuoted && (c == ' ' || c == '\n' || c == '\r' || c == '\t')) {
-            if (hasWord)
-                words.push_back(word);
-            word.clear();
-            hasWord = false;
-        } else {
-            word += c;
-            hasWord = true;
-        }
-    }
-    if (hasWord)
-        words.push_back(word);
-    return words;
+    return wordsOf(in, " \n\r\t");
 }
 
 // Replaces --options-file FILE by the words of the file. `depth` limits the nesting, because a file

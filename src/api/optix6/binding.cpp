@@ -84,7 +84,10 @@ std::string mismatch(const DeviceVariable& wanted, const Variable& given) {
     if (object)
         return isNode(object->kind) && wanted.bytes == 4
                    ? std::string()
-                   : message("needs data, not a ", nameOf(object->kind));
+                   : message("needs data, not a ", nameOf(object->kind),
+                             object->kind == Kind::kProgram
+                                 ? ": its id, from rtProgramGetId, is the value"
+                                 : "");
     if (given.bytes.size() != wanted.bytes)
         return message("has ", given.bytes.size(), " bytes, but the program's has ", wanted.bytes);
     const Numbers there = numbersOf(given.type), here = numbersOf(wanted.typeName);

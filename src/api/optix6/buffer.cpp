@@ -199,6 +199,8 @@ void Buffer::setSize(unsigned count, const RTsize* extents) {
         refuse(RT_ERROR_INVALID_VALUE, "one size is zero and another is not");
     requireUnmapped();
     requireFits(elementBytes_, count, extents);
+    if (count == dimensions && std::equal(extents, extents + count, extents_))
+        return; // programs that set the size for each frame keep the contents
     dimensions = count;
     for (unsigned i = 0; i < 3; ++i)
         extents_[i] = i < count ? extents[i] : 1;

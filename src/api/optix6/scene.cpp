@@ -3,6 +3,7 @@
 #include "api/optix6/scene.h"
 
 #include "api/optix6/report.h"
+#include "base/log.h"
 #include "compiler/flavor.h"
 #include "devlib/flags.h"
 
@@ -348,6 +349,40 @@ void Scene::bindInstance(const GeometryInstance& instance, size_t number) {
     bounds_.push_back(made);
 }
 
+// The line about attributes that a hit program reads and no program sets. `setter`: the
+// intersection program, or the attribute program of triangles, if they have one.
+void Scene::remarkOnAttributes(const Program& reader, const Program* setter) {
+    using compiler::optix6::DeviceVariable, compiler::optix6::VariableUse;
+    if (setter && setter->code->variables.callsPrograms)
+        return; // which may set them
+    for (const DeviceVariable& read : reader.code->variables.list) {
+        const bool isBuiltIn =
+            !context_.attributePlaces.contains({read.attribute, read.bytes}); // of triangles
+        if (read.use != VariableUse::kAttribute || isBuiltIn)
+            continue;
+        const std::string what = message("program \"", reader.code->name, "\" reads attribute \"",
+                                         read.attribute, "\" with ", read.bytes, " bytes, ");
+        const auto isSet = [&](const DeviceVariable& set) {
+            return set.use == VariableUse::kAttribute && set.attribute == read.attribute;
+        };
+        std::string cause = "but the triangles have no attribute program";
+        if (setter) {
+            const auto& list = setter->code->variables.list;
+            const auto set = std::find_if(list.begin(), list.end(), isSet);
+            if (set != list.end() && set->bytes == read.bytes)
+                continue;
+            cause = message("which program \"", setter->code->name,
+                            set == list.end() ? "\" does not set"
+                                              : message("\" has with ", set->bytes, " bytes"));
+        }
+        const std::string line = what + cause + "; its value is undefined";
+        if (!remarks_.insert(line).second)
+            continue;
+        context_.report(kReportErrors, "SCENE", line);
+        log(LogLevel::kWarning, "optix6", line);
+    }
+}
+
 ClassicRecord Scene::hitRecord(const GeometryInstance& instance, const Scope& shape,
                                const Material* material, unsigned rayType) {
     const auto mesh = instance.triangles.lock();
@@ -378,6 +413,10 @@ ClassicRecord Scene::hitRecord(const GeometryInstance& instance, const Scope& sh
         made.blocks[devlib::kBlockIntersection] = block(*intersection, shapes);
     if (attributes)
         made.blocks[devlib::kBlockAttribute] = block(*attributes, ofAttributes);
+    const Program* const setter = mesh ? attributes.get() : intersection.get();
+    for (const Program* reader : {closest.get(), any.get()})
+        if (reader && (setter || mesh))
+            remarkOnAttributes(*reader, setter);
     made.header.pad[devlib::kWordReaders] =
         (mayRead(any.get()) ? devlib::kAnyHitReads : 0u) |
         (mayRead(closest.get()) ? devlib::kClosestHitReads : 0u);

@@ -12,6 +12,7 @@
 #include "engine/launch.h"
 
 #include <set>
+#include <string>
 
 namespace sunstone::optix6 {
 
@@ -73,6 +74,7 @@ private:
     void collectSamplers();
     void bindHits(GeometryGroup& group);
     void bindInstance(const GeometryInstance& instance, size_t number);
+    void remarkOnAttributes(const Program& reader, const Program* setter);
     devlib::ClassicRecord hitRecord(const GeometryInstance& instance, const Scope& shape,
                                     const Material* material, unsigned rayType);
     void bindVisit(const Selector& selector);
@@ -130,6 +132,7 @@ private:
     std::map<std::pair<const ProgramCode*, std::vector<Variable*>>, std::unique_ptr<Block>> blocks_;
     // Numbers of the programs of variables, by the scopes in which they search.
     std::map<std::pair<const Program*, Scopes>, int> boundCallables_;
+    std::set<std::string> remarks_; // each is logged once
     bool bindsCycle_ = false; // a program calls itself through variables
     // Of the bound programs that are being numbered: length of the chain; numbers given before it.
     size_t boundDepth_ = 0, boundBefore_ = 0;

@@ -5,6 +5,7 @@
 #include "compiler/debug/place.h"
 #include "compiler/testing.h"
 
+#include <algorithm>
 #include <random>
 
 namespace sunstone::compiler::testing {
@@ -172,6 +173,22 @@ TEST(SourceLocation, InlinedFunctions) {
             }
             EXPECT_TRUE(seen);
         }
+}
+
+// The device functions of the API are inlined from its headers.
+TEST(SourceLocation, OfApplicationsAndNotOfHeaders) {
+    const std::string text =
+        std::string(kHeader) +
+        ".file 1 \"/src/shade.cu\"\n.file 2 \"/sdk/internal/optix_7_device_impl.h\"\n"
+        ".visible .entry __miss__a()\n{\n.local .align 4 .b8 depot[8];\n"
+        ".reg .b32 %r<3>; .reg .b64 %SP;\nmov.u64 %SP, depot;\n"
+        ".loc 2 366 5, function_name $names, inlined_at 1 41 7\n"
+        "call (%r1), _optix_get_launch_index_x, ();\nst.volatile.u32 [%SP], %r1;\n"
+        ".loc 1 43 3\nret;\n}\n.section .debug_str {\n$names: .b8 65,0\n}\n";
+    const std::vector<unsigned> lines =
+        linesOf(*compile(text, DebugLevel::kMinimal, OptLevel::k3), 64);
+    EXPECT_TRUE(std::ranges::count(lines, 41u)) << "the call in the application";
+    EXPECT_FALSE(std::ranges::count(lines, 366u));
 }
 
 // One unit, one function with a variable of type int in the depot.

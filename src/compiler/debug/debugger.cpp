@@ -9,9 +9,12 @@
 #include <llvm/DebugInfo/DWARF/DWARFContext.h>
 #include <llvm/Object/ELFObjectFile.h>
 
+#include <cstdlib>
 #include <cstring>
+#include <cxxabi.h>
 #include <elf.h>
 #include <mutex>
+#include <string_view>
 
 // The names and layouts that gdb expects. gdb sets a breakpoint on the function.
 extern "C" {
@@ -193,6 +196,12 @@ DebugRegistration::~DebugRegistration() {
     tellDebugger(kUnregister, gdb);
 }
 
+// Whether a file with this path defines the API's device functions.
+static bool isApiHeader(std::string_view path) {
+    const std::string_view name = path.substr(path.rfind('/') + 1); // npos + 1 is 0
+    return name.starts_with("optix_") && name.find("device") != name.npos && name.ends_with(".h");
+}
+
 // Fills file, line and column, and the function if the debug information names it.
 static void findLine(const std::string& code, uint64_t offset, SourceLocation& location) {
     const auto object = code.empty() ? nullptr : objectOf(code);
@@ -214,7 +223,10 @@ static void findLine(const std::string& code, uint64_t offset, SourceLocation& l
     const uint32_t count = frames.getNumberOfFrames();
     if (count == 0 || frames.getFrame(0).Line == 0)
         return;
-    const llvm::DILineInfo& info = frames.getFrame(0);
+    uint32_t inner = 0; // of the application: optix_7_device_impl.h and its like say nothing
+    while (inner + 1 < count && isApiHeader(frames.getFrame(inner).FileName))
+        ++inner;
+    const llvm::DILineInfo& info = frames.getFrame(inner);
     const std::string& outermost = frames.getFrame(count - 1).FunctionName;
     location.file = info.FileName;
     location.line = info.Line;
@@ -252,10 +264,18 @@ bool sourceLocation(const void* address, SourceLocation& location) {
     return location.line != 0;
 }
 
+std::string demangled(const char* symbol) {
+    int status = 0;
+    char* plain = abi::__cxa_demangle(symbol, nullptr, nullptr, &status);
+    std::string text = status == 0 && plain ? plain : symbol;
+    std::free(plain);
+    return text;
+}
+
 std::string placeText(const void* address) {
     SourceLocation place;
     const bool hasLine = sourceLocation(address, place);
-    return (place.function.empty() ? "" : message(", in ", place.function)) +
+    return (place.function.empty() ? "" : message(", in ", demangled(place.function.c_str()))) +
            (hasLine ? message(", at ", place.file, ":", place.line) : "");
 }
 

@@ -10,7 +10,10 @@ namespace sunstone::compiler {
 // Whether the address lies in code of a pipeline or kernel. Fast.
 bool isLoadedCode(const void* address);
 
-// ", in FUNCTION, at FILE:LINE", as far as known.
+// The function's name in its source, with the types of its parameters; other names as they are.
+std::string demangled(const char* symbol);
+
+// ", in FUNCTION, at FILE:LINE", as far as known. Functions of C++ have their names in the source.
 std::string placeText(const void* address);
 
 } // namespace sunstone::compiler

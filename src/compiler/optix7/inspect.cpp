@@ -61,6 +61,20 @@ uint32_t estimateStack(const ptx::Function& function, bool traces) {
     return uint32_t((bytes + 15) / 16 * 16);
 }
 
+// Whether a function has the means to take a lock or to wait for a flag.
+bool mayWait(const ptx::Function& function) {
+    return std::ranges::any_of(function.body, [](const ptx::Statement& statement) {
+        const ptx::Instruction& instruction = statement.instruction;
+        if (statement.kind != ptx::StatementKind::kInstruction)
+            return false;
+        if (instruction.opcode == "atom")
+            return instruction.has("cas") || instruction.has("exch");
+        return instruction.opcode == "ld" &&
+               (instruction.has("volatile") || instruction.has("relaxed") ||
+                instruction.has("acquire"));
+    });
+}
+
 class Inspection {
 public:
     Inspection(const ptx::Module& module, const PipelineRules& rules,
@@ -99,6 +113,7 @@ public:
                 summary.constantBytes += variable.size;
         summary.selfContained = isSelfContained(module_, rules_);
         summary.mayRecurse = !summary.selfContained || callsByAddress_ || hasRecursion();
+        summary.mayWaitForOthers = std::ranges::any_of(module_.functions, mayWait);
         summary.remarks = remarkOnThrows();
         if (mustCompile_)
             checkByCompiling(module_, rules_, moduleRules_, summary);

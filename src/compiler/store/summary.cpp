@@ -31,6 +31,7 @@ std::string ModuleSummary::serialize() const {
     out.wide(constantBytes);
     out.number(selfContained);
     out.number(mayRecurse);
+    out.number(mayWaitForOthers);
     out.text(remarks);
     return out.take();
 }
@@ -60,6 +61,7 @@ bool ModuleSummary::deserialize(std::string_view bytes) {
     constantBytes = in.wide();
     selfContained = in.number() != 0;
     mayRecurse = in.number() != 0;
+    mayWaitForOthers = in.number() != 0;
     remarks = in.text();
     return in.finished();
 }

@@ -18,6 +18,7 @@ ModuleSummary some() {
     summary.constantBytes = 17;
     summary.selfContained = true;
     summary.mayRecurse = false;
+    summary.mayWaitForOthers = true;
     summary.remarks = "warning: line 3\n";
     return summary;
 }
@@ -41,6 +42,7 @@ void expectSame(const ModuleSummary& a, const ModuleSummary& b) {
     EXPECT_EQ(a.constantBytes, b.constantBytes);
     EXPECT_EQ(a.selfContained, b.selfContained);
     EXPECT_EQ(a.mayRecurse, b.mayRecurse);
+    EXPECT_EQ(a.mayWaitForOthers, b.mayWaitForOthers);
     EXPECT_EQ(a.remarks, b.remarks);
 }
 
@@ -128,6 +130,22 @@ TEST(Summary, RecursionOfFunctions) {
     EXPECT_TRUE(mayRecurse(leaf, ".reg .b64 %rd<2>; mov.u64 %rd1, leaf; p: .callprototype _ ();"
                                  " call %rd1, (), p;"))
         << "by address";
+}
+
+TEST(Summary, WaysToWait) {
+    const auto mayWait = [](const char* body) {
+        const auto module = parse(std::string(kHeader) +
+                                  ".visible .entry __raygen__a() { .reg .b32 %r<4>; "
+                                  ".reg .b64 %rd<2>; mov.u64 %rd1, 0; " +
+                                  body + " ret; }\n");
+        return inspect(*module, {}).mayWaitForOthers;
+    };
+    EXPECT_FALSE(mayWait("ld.global.u32 %r1, [%rd1]; atom.global.add.u32 %r1, [%rd1], 1;"));
+    for (const char* body :
+         {"atom.global.cas.b32 %r1, [%rd1], 0, 1;", "atom.global.exch.b32 %r1, [%rd1], 0;",
+          "ld.volatile.u32 %r1, [%rd1];", "ld.acquire.gpu.u32 %r1, [%rd1];",
+          "ld.relaxed.gpu.global.u32 %r1, [%rd1];"})
+        EXPECT_TRUE(mayWait(body)) << body;
 }
 
 class MapStore : public ObjectStore {

@@ -17,10 +17,13 @@ enum class MemoryKind : uint8_t {
     kRegistered,      // the application's own, registered with the API; never freed by us
     kModule,          // variables of a loaded module; never freed by us
     kManagedVariable, // the same, in managed memory
+    kShared,          // the library's, which host and device code use
+    kLent,            // the same, outside the device's address ranges; never freed by us
     kMapped,          // at reserved addresses; flags: 1 readable, 2 writable; never freed by us
 };
 inline bool isManaged(MemoryKind kind) {
-    return kind == MemoryKind::kManaged || kind == MemoryKind::kManagedVariable;
+    return kind == MemoryKind::kManaged || kind == MemoryKind::kManagedVariable ||
+           kind == MemoryKind::kShared || kind == MemoryKind::kLent;
 }
 
 // Return addresses of the application's call, innermost first; empty unless memory is checked.

@@ -7,6 +7,10 @@
 #include "device/cpu/stream.h"
 #include "device/device.h"
 
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+
 namespace sunstone::device {
 
 namespace {
@@ -54,13 +58,29 @@ private:
 
 } // namespace
 
-void lendToCpuDevice(void* memory, size_t size) {
+void* allocateCpuShared(size_t size) {
+    // The device's memory begins at pages. Fresh pages are zero and take no memory before they are
+    // used; small pieces would waste them.
+    constexpr size_t kOwnPagesFrom = 256 << 10, kAlignment = 128;
+    if (size >= kOwnPagesFrom)
+        return cpu::memory().allocateZeroed(size, cpu::MemoryKind::kShared, 0, nullptr);
+    void* memory = nullptr;
+    const size_t whole = std::max((size + kAlignment - 1) / kAlignment * kAlignment, kAlignment);
+    if (posix_memalign(&memory, kAlignment, whole) != 0)
+        fail(Code::kOutOfMemory, "no memory for ", size, " bytes");
+    std::memset(memory, 0, whole);
     // Refused where the application has registered the addresses.
-    cpu::memory().adopt(memory, size, cpu::MemoryKind::kManagedVariable, 0, nullptr);
+    cpu::memory().adopt(memory, std::max<size_t>(size, 1), cpu::MemoryKind::kLent, 0, nullptr);
+    return memory;
 }
-void takeFromCpuDevice(void* memory) noexcept {
-    cpu::memory().release(memory, {cpu::MemoryKind::kManagedVariable});
+
+void freeCpuShared(void* memory) noexcept {
+    if (cpu::memory().release(memory, {cpu::MemoryKind::kShared}))
+        return;
+    cpu::memory().release(memory, {cpu::MemoryKind::kLent});
+    std::free(memory);
 }
+
 bool isCpuDeviceAddress(const void* address) {
     return cpu::pages().holds(address);
 }

@@ -25,7 +25,8 @@ constexpr size_t kHugeFrom = size_t(8) << 20;
 
 bool isOurs(MemoryKind kind) {
     return kind == MemoryKind::kDevice || kind == MemoryKind::kPinned ||
-           kind == MemoryKind::kManaged || kind == MemoryKind::kArray;
+           kind == MemoryKind::kManaged || kind == MemoryKind::kArray ||
+           kind == MemoryKind::kShared;
 }
 
 bool isChecked() {
@@ -258,7 +259,8 @@ std::vector<Allocation> Memory::leaked() const {
     std::shared_lock lock(mutex_);
     std::vector<Allocation> all = leaked_;
     for (const auto& [base, allocation] : byBase_)
-        if (isOurs(allocation.kind) && allocation.kind != MemoryKind::kArray)
+        if (isOurs(allocation.kind) && allocation.kind != MemoryKind::kArray &&
+            allocation.kind != MemoryKind::kShared)
             all.push_back(allocation);
     return all;
 }

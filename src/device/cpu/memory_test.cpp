@@ -133,6 +133,27 @@ TEST(Memory, KeepsFewMappings) {
         give(address);
 }
 
+// Traversal is not compiled with the checks of the memory checker: it must fault on freed
+// structures.
+TEST(Memory, FreedMemoryHasNoAccessWhileItIsChecked) {
+    Quarantine quarantine(true);
+    std::vector<Block> blocks;
+    for (size_t i = 0; i < Quarantine::kAllocations + 200; ++i) {
+        blocks.push_back(pages().take(Pages::pageSize(), false));
+        FreedAllocation freed;
+        freed.base = blocks.back().begin;
+        freed.size = 100;
+        quarantine.add(freed, blocks.back(), false, true);
+    }
+    quarantine.seal();
+    const auto isAccessible = [](const Block& block) {
+        return isReadable(reinterpret_cast<const void*>(block.begin), 1);
+    };
+    EXPECT_FALSE(isAccessible(blocks.front()));
+    EXPECT_TRUE(isAccessible(blocks.back())) << "each costs mappings";
+    quarantine.empty();
+}
+
 TEST(Memory, IsZeroOnRequest) {
     for (const size_t size : {size_t(5000), size_t(20) << 20, size_t(40) << 20})
         for (int i = 0; i < 30; ++i) {

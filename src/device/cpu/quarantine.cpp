@@ -35,7 +35,7 @@ void Quarantine::sealNow() {
 void Quarantine::close() {
     if (open_.entries.empty())
         return;
-    if (!isChecked_) {
+    if (!isChecked_ || allocations_ < kAllocations) {
         std::vector<Block> blocks;
         for (const Entry& entry : open_.entries)
             if (entry.hasMemory)

@@ -16,8 +16,8 @@
 //
 // The memory sealed last always waits, even one large block.
 //
-// The memory checker checks each access itself. While it is on, memory keeps access, the limit is
-// kCheckedBytes, and the number of ranges does not matter.
+// The memory checker checks the accesses of programs itself, but not those of traversal. While it
+// is on, the limit is kCheckedBytes, and memory beyond kAllocations keeps access.
 #pragma once
 
 #include "device/cpu/allocation.h"

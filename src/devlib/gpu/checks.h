@@ -147,6 +147,22 @@ SUNSTONE_INLINE void checkRecord(RayState* state, int32_t code, uint64_t record,
         checkGroup(state, code, record, kind, index);
 }
 
+// Whether the pipeline has a group with this number.
+SUNSTONE_INLINE bool hasGroup(const RayState* state, uint32_t group) {
+    return group < state->launch->groupCount;
+}
+SUNSTONE_INLINE void noteRecord(RayState* state, NeededProgram program, uint64_t index) {
+    reportOf(state).record = recordNote(program, index);
+}
+// Logs that no program runs at a hit or a miss, because the application's record is missing or
+// wrong.
+SUNSTONE_INLINE void noteRecord(RayState* state, uint32_t group, NeededProgram program,
+                                uint64_t index) {
+    if constexpr (!Records::kOwnRecords)
+        if (__builtin_expect(!hasGroup(state, group), 0))
+            noteRecord(state, program, index);
+}
+
 // Raises unless the hit group is one for the primitives of the structure.
 [[gnu::noinline]] static void checkBuiltinOf(RayState* state, uint32_t group, uint64_t gas,
                                              uint32_t sbtGasIndex) {

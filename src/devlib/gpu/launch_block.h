@@ -38,8 +38,9 @@ struct LaunchReport {
     uint64_t unseen;  // exception without an exception program
     uint64_t fatal;   // trap, stack overflow, or a fault of FatalCode: the launch failed
     uint32_t wideSbt; // as in LaunchNotes
-    uint32_t deepGraph, outsideFlags, motion; // as in LaunchNotes
-    uint64_t unknown;                         // an invalid handle that a ray was given or met; or 0
+    uint32_t deepGraph, deepTrace, outsideFlags, motion; // as in LaunchNotes
+    uint64_t record;                                     // as in LaunchNotes
+    uint64_t unknown; // an invalid handle that a ray was given or met; or 0
     uint64_t usual; // a handle that rays are given, other than LaunchConstants::usual; or 0
     // With debug exceptions: the details of their getters, word by word in the lower halves
     // (ReportWord). The upper halves have the launch index, which tells whether words belong
@@ -64,8 +65,8 @@ enum ReportWord : unsigned {
 inline LaunchReport emptyReport() {
     LaunchReport report;
     report.raised = report.unseen = report.fatal = kNoReport;
-    report.wideSbt = report.deepGraph = report.outsideFlags = report.motion = 0;
-    report.unknown = report.usual = 0;
+    report.wideSbt = report.deepGraph = report.deepTrace = report.outsideFlags = report.motion = 0;
+    report.record = report.unknown = report.usual = 0;
     for (unsigned i = 0; i < LaunchReport::kWords; ++i)
         report.raisedDetails[i] = report.unseenDetails[i] = kNoReport;
     for (WarpPace& pace : report.paces)

@@ -48,6 +48,12 @@ extern "C" const void* sunstone_gpu_callable(RayState* state, uint32_t sbtIndex,
         raise(state, fault);
     if (debugging())
         checkCallable(state, sbtIndex, call, group, code);
+    if constexpr (!Records::kOwnRecords)
+        if (!code)
+            noteRecord(state,
+                       call & 1 ? NeededProgram::kContinuationCallable
+                                : NeededProgram::kDirectCallable,
+                       sbtIndex);
     return code;
 }
 

@@ -50,6 +50,12 @@ struct Candidates {
         return record;
     }
 
+    SUNSTONE_INLINE_MEMBER void noteHit(uint32_t group, uint32_t sbtGasIndex,
+                                        uint32_t offset) const {
+        noteRecord(state, group, NeededProgram::kHit,
+                   Records::hitIndex(*state, sbtGasIndex, offset));
+    }
+
     static SUNSTONE_INLINE_MEMBER bool hasOneLevel() {
         return sunstone_gpu_graph == kGraphSingleLevel || sunstone_gpu_graph == kGraphShallow;
     }
@@ -193,6 +199,7 @@ struct Candidates {
         showPath();
         const Place place = here();
         showRecord(hitRecord(sbtGasIndex, place.sbtOffset));
+        noteHit(candidateGroup, sbtGasIndex, place.sbtOffset);
         checkBuiltin(state, candidateGroup, place.gas, sbtGasIndex);
         for (int i = 0; i < 3; ++i) {
             state->objectOrigin[i] = ray.origin[i];
@@ -611,6 +618,7 @@ struct Tracer : Candidates, AtTime<kWithMotion> {
         hit.record = reinterpret_cast<const void*>(record);
         state->sbtData = dataOf(record);
         const uint32_t group = record ? groupOf(*state->launch, record, kGroupHit) : kNoGroup;
+        noteHit(group, best.sbtGasIndex, place.sbtOffset);
         checkBuiltin(state, group, place.gas, best.sbtGasIndex);
         swapAttributes();
         computeAttributes(group, kClosestHitReads);
@@ -701,7 +709,9 @@ SUNSTONE_INLINE uint32_t prepareMiss(RayState* state) {
     checkRecord(state, kExceptionInvalidMissSbt, record, kGroupMiss, state->missIndex);
     state->hit.record = nullptr;
     state->sbtData = dataOf(record);
-    return record ? groupOf(*state->launch, record, kGroupMiss) : kNoGroup;
+    const uint32_t group = record ? groupOf(*state->launch, record, kGroupMiss) : kNoGroup;
+    noteRecord(state, group, NeededProgram::kMiss, state->missIndex);
+    return group;
 }
 
 template <bool kInline, bool kWithCustoms, bool kWithMotion>
@@ -750,6 +760,7 @@ SUNSTONE_INLINE bool withinDepth(RayState* state) {
         state->hit.transformCount = 0;
         raise(state, kExceptionTraceDepth);
     }
+    reportOf(state).deepTrace = 1;
     return false;
 }
 

@@ -4,8 +4,6 @@
 #include "base/error.h"
 #include "texture/texture.h"
 
-#include <algorithm>
-#include <cstdlib>
 #include <cstring>
 
 namespace sunstone::engine {
@@ -15,22 +13,8 @@ class CpuBackend final : public Backend {
 public:
     device::Device& device() override { return device::cpuDevice(); }
     bool sharesMemory() const override { return true; }
-    void* allocateShared(size_t bytes) override {
-        constexpr size_t kAlignment = 128;
-        void* memory = nullptr;
-        const size_t whole =
-            std::max((bytes + kAlignment - 1) / kAlignment * kAlignment, kAlignment);
-        if (posix_memalign(&memory, kAlignment, whole) != 0)
-            fail(Code::kOutOfMemory, "no memory for ", bytes, " bytes");
-        std::memset(memory, 0, whole);
-        // CUDA calls accept its addresses, and the memory checker has its size.
-        device::lendToCpuDevice(memory, std::max<size_t>(bytes, 1));
-        return memory;
-    }
-    void freeShared(void* memory) noexcept override {
-        device::takeFromCpuDevice(memory);
-        std::free(memory);
-    }
+    void* allocateShared(size_t bytes) override { return device::allocateCpuShared(bytes); }
+    void freeShared(void* memory) noexcept override { device::freeCpuShared(memory); }
     void copy(void* to, const void* from, size_t bytes) override { std::memcpy(to, from, bytes); }
     uint64_t addTexture(std::unique_ptr<texture::Texture> texture) override {
         return texture::add(std::move(texture));

@@ -150,23 +150,6 @@ uint64_t stackBudget(const LaunchRequest& request) {
            larger(set.continuationStack, least.continuationStack);
 }
 
-// Log lines of a successful launch.
-std::vector<std::string> remarks(const LaunchRequest& request, const Wording& wording,
-                                 const devlib::LaunchNotes& notes) {
-    std::vector<std::string> lines;
-    if (notes.deepGraph)
-        lines.push_back(wording.deepGraph(request.limits.maxGraphDepth));
-    if (notes.wideSbt)
-        lines.push_back(wording.wideRecordOffset);
-    if (notes.outsideFlags)
-        lines.push_back(wording.excludedGraph);
-    if (notes.motion)
-        lines.push_back(wording.excludedMotion);
-    if (notes.unknown)
-        lines.push_back(unknownHandleRemark(notes.unknown));
-    return lines;
-}
-
 // Sets the members that programs and the run-time read, except parameters and trace functions.
 void describe(LaunchState& launch, const LaunchRequest& request) {
     const Pipeline& pipeline = *request.pipeline;
@@ -208,7 +191,8 @@ devlib::TraceFeatures featuresOf(const Pipeline& pipeline) {
 }
 
 // Whether launch indices may run side by side. With debug exceptions and in the classic API each
-// walk may run programs or raise.
+// walk may run programs or raise. An index that waits for another one, which is at its trace, would
+// wait for ever if the same thread ran both.
 bool mayKeepInFlight(const LaunchRequest& request, const devlib::TraceFeatures& features,
                      const Tiling& tiling, cpu::WishedWay wish) {
     // Smaller launches end before both ways have been measured.
@@ -216,7 +200,7 @@ bool mayKeepInFlight(const LaunchRequest& request, const devlib::TraceFeatures& 
     const bool fits = wish == cpu::WishedWay::kInFlight ||
                       (wish == cpu::WishedWay::kFaster && tiling.count() >= kLeastTiles);
     return fits && !features.checked && !features.classic && !check::enabled() &&
-           request.entryKind == devlib::kGroupRaygen;
+           !request.pipeline->mayWaitForOthers && request.entryKind == devlib::kGroupRaygen;
 }
 
 uint64_t nanoseconds() {
@@ -264,8 +248,8 @@ void runTiles(Runner& runner, const cpu::InFlightLaunch& inFlight, cpu::Pace& pa
     }
 }
 
-void runLaunch(const LaunchRequest& request, const Wording& wording,
-               std::vector<std::string>& warnings) {
+// Returns lines for the log.
+std::vector<LaunchRemark> runLaunch(const LaunchRequest& request, const Wording& wording) {
     const Pipeline& pipeline = *request.pipeline;
     devlib::NotedLaunch launch{};
     // Reads beyond the caller's block see zeros; 64 bytes allow vector loads at the end.
@@ -307,10 +291,10 @@ void runLaunch(const LaunchRequest& request, const Wording& wording,
     });
     launch.notes.add(waiting.notes);
     const std::string unseen = runner.finish(request.validation);
+    std::vector<LaunchRemark> remarks = remarksOf(launch.notes, launch, wording);
     if (!unseen.empty())
-        warnings.push_back("no exception program saw: " + unseen);
-    for (std::string& line : remarks(request, wording, launch.notes))
-        warnings.push_back(std::move(line));
+        remarks.push_back({LogLevel::kWarning, "no exception program saw: " + unseen});
+    return remarks;
 }
 
 } // namespace
@@ -320,11 +304,9 @@ void cpu::launch(const ContextPtr& context, const LaunchRequest& request) {
     context->device->enqueue(request.stream, [context, request] {
         beginReadableEpoch();
         try {
-            std::vector<std::string> warnings;
-            runLaunch(request, *context->wording, warnings);
-            for (const std::string& line : warnings)
+            for (const auto& [level, text] : runLaunch(request, *context->wording))
                 if (context->log)
-                    context->log(LogLevel::kWarning, "LAUNCH", line);
+                    context->log(level, "LAUNCH", text);
         } catch (const Error& error) {
             if (context->log)
                 context->log(LogLevel::kError, "LAUNCH", error.what());

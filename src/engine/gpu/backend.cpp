@@ -120,6 +120,7 @@ void GpuBackend::launch(const ContextPtr& context, const LaunchRequest& request)
     block.launch.maxGraphDepth = request.limits.maxGraphDepth;
     block.launch.numAttributes = pipeline.rules.optix7.numAttributeValues;
     block.launch.firstGroup = code.firstGroup;
+    block.launch.groupCount = code.groupCount;
     const uint64_t tiles = devlib::gpuTiles(block.launch.dimensions);
     block.work.count = tiles * devlib::kGpuTile;
     block.work.laneMemory = code.laneMemory;

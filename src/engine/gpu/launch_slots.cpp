@@ -336,6 +336,18 @@ void GpuLaunchSlots::lose(CUresult reason, Lines& lines) {
                                  "accessed memory that is not there, or faulted otherwise")});
 }
 
+static devlib::LaunchNotes notesOf(const devlib::LaunchReport& report) {
+    devlib::LaunchNotes notes;
+    notes.deepGraph = report.deepGraph;
+    notes.deepTrace = report.deepTrace;
+    notes.wideSbt = report.wideSbt;
+    notes.outsideFlags = report.outsideFlags;
+    notes.motion = report.motion;
+    notes.unknown = report.unknown;
+    notes.record = report.record;
+    return notes;
+}
+
 std::string GpuLaunchSlots::failureOf(const Slot& slot, bool validation, bool withTexts) {
     const devlib::LaunchReport& report = *slot.report;
     const devlib::LaunchState& launch = slot.host->launch;
@@ -364,19 +376,8 @@ void GpuLaunchSlots::settle(Slot& slot, Lines& lines) {
     const std::string failure = failureOf(slot, slot.validation, false);
     const std::string unseen =
         describe(report.unseen, slot.host->launch, *slot.wording, report.unseenDetails);
-    const auto remark = [&](const std::string& text) {
-        lines.push_back({slot.context, LogLevel::kWarning, where + text});
-    };
-    if (report.wideSbt)
-        remark(slot.wording->wideRecordOffset);
-    if (report.deepGraph)
-        remark(slot.wording->deepGraph(unsigned(slot.host->constants.maxGraphDepth)));
-    if (report.outsideFlags)
-        remark(slot.wording->excludedGraph);
-    if (report.motion)
-        remark(slot.wording->excludedMotion);
-    if (report.unknown)
-        remark(unknownHandleRemark(report.unknown));
+    for (const auto& [level, text] : remarksOf(notesOf(report), slot.host->launch, *slot.wording))
+        lines.push_back({slot.context, level, where + text});
     if (report.saying.code == devlib::kFatalAssertion) // as the CPU and other drivers do
         std::fprintf(stderr, "%s.\n", assertionOf(report.saying).c_str());
     if (!failure.empty())

@@ -29,7 +29,7 @@ void setVertices(GeometryTriangles& object, unsigned count, std::vector<Ref<Buff
     constexpr RTsize kMost = 0xFFFFFFFF;
     if (stride > kMost || (stride != 0 && stride < bytesOf(format)))
         refuse(RT_ERROR_INVALID_VALUE, "vertexBufferByteStride = ", stride,
-               " is not the distance of vertices of ", bytesOf(format), " bytes");
+               " is neither 0 nor at least ", bytesOf(format), ", the bytes of a vertex");
     object.vertices = std::move(buffers);
     object.vertexCount = count;
     object.vertexByteOffset = offset;

@@ -73,6 +73,7 @@ public:
     GpuCodeObject& operator=(const GpuCodeObject&) = delete;
     const CUfunction kernel;
     uint32_t firstGroup = 0; // base of group numbers in the code
+    uint32_t groupCount = 0; // group numbers from there on
     unsigned blockThreads = 0;
     // Bytes of stack that the programs take for traces of full depth and callables two deep.
     // stackBytes: the limit for a launch index with stack overflow exceptions.

@@ -135,6 +135,7 @@ struct GpuBackend::CodePlan {
     compiler::GpuPipelineRequest request; // without the kind of graphs
     compiler::ObjectStore* cache = nullptr;
     uint32_t firstGroup = ~0u;
+    uint32_t groupCount = 0;
     bool measuresStack = false; // programs recurse, or overflows of the stack are exceptions
     bool hasVisits = false;
     bool narrows = false; // the pipeline may have narrow code
@@ -510,6 +511,7 @@ std::shared_ptr<GpuCodeObject> GpuBackend::makeCode(const CodePlan& plan, GpuCod
     loaded->narrow = std::move(narrow);
     loaded->narrowKind = narrowKind;
     loaded->firstGroup = plan.firstGroup;
+    loaded->groupCount = plan.groupCount;
     loaded->blockThreads =
         code.walksInStep ? devlib::kGpuStepBlockThreads : devlib::kGpuBlockThreads;
     // Warps that wait for lane memory would wait for warps that wait for them.
@@ -567,7 +569,9 @@ void GpuBackend::compile(Pipeline& pipeline, const PipelineParts& parts) {
     for (size_t i = 0; i < parts.groups.size(); ++i) {
         static_assert(compiler::GpuGroup::kNone == PipelineParts::kNone);
         const ProgramGroup& group = *parts.groups[i];
-        request.groups.push_back({group.number - plan.firstGroup, group.kind, parts.indices[i]});
+        const uint32_t number = group.number - plan.firstGroup;
+        plan.groupCount = std::max(plan.groupCount, number + 1);
+        request.groups.push_back({number, group.kind, parts.indices[i]});
         addCallables(request.groups.back(), group);
         request.groups.back().builtin = group.builtinPrimitive;
     }
