@@ -87,17 +87,22 @@ protected:
 
     // Linked with a kernel that serves many pipelines.
     static Kernel& ready() {
-        static Kernel kernel(textOf(TEST_LOOP_TWO_PTX), [] {
-            Options options = oneHitGroup(kMostDepth);
-            options.ready = true;
-            return options;
-        }());
+        static Kernel kernel(textOf(TEST_LOOP_TWO_PTX), readyOptions());
         return kernel;
+    }
+    static Options readyOptions() {
+        Options options = oneHitGroup(kMostDepth);
+        options.ready = true;
+        return options;
     }
 
     // Callables trace the rays: inlined into programs that are cut, or called by address.
     static Kernel& callables() {
         static Kernel kernel(textOf(TEST_LOOP_CALLABLES_PTX), oneHitGroup(kMostDepth));
+        return kernel;
+    }
+    static Kernel& readyCallables() {
+        static Kernel kernel(textOf(TEST_LOOP_CALLABLES_PTX), readyOptions());
         return kernel;
     }
     // The callables have one parameter more than the calls pass.
@@ -173,7 +178,7 @@ protected:
         devlib::LaunchReport wantedReport, foundReport;
         const std::vector<LoopResult> wanted = run(whole(), job, &wantedReport);
         for (Kernel* kernel : {&cut(), &nested(), &apart(), &ready(), &callables(),
-                               &wholeCallables(), &otherTypes()}) {
+                               &readyCallables(), &wholeCallables(), &otherTypes()}) {
             SCOPED_TRACE(kernel->feedback);
             const std::vector<LoopResult> found = run(*kernel, job, &foundReport);
             for (size_t i = 0; i < wanted.size(); ++i) {
@@ -215,6 +220,10 @@ TEST_F(GpuLoop, FeedbackTellsTheKernel) {
                                         "calls\nkernel: rays of all depths take turns"),
               std::string::npos)
         << callables().feedback;
+    EXPECT_NE(readyCallables().feedback.find("callables that trace are part of their callers, at 2 "
+                                             "calls\nkernel: ready, optix7, graph 0"),
+              std::string::npos)
+        << readyCallables().feedback;
     for (const Kernel* kernel : {&wholeCallables(), &otherTypes()})
         EXPECT_EQ(kernel->feedback.find("callables that trace"), std::string::npos)
             << kernel->feedback;

@@ -84,6 +84,7 @@ std::string LaunchKernel::choose() {
 }
 
 std::string LaunchKernel::cutApart() {
+    const std::string inlined = inlineTracingCallables(unit_); // in all parts alike
     const std::vector<llvm::Function*> tracing = tracingFunctions(unit_.module());
     std::string obstacle;
     for (llvm::Function* function : tracing)
@@ -95,7 +96,7 @@ std::string LaunchKernel::cutApart() {
             obstacle = message(cuts_.frameBytes, " bytes live across a trace");
     }
     refuses_ = !obstacle.empty();
-    return obstacle;
+    return refuses_ ? obstacle : inlined;
 }
 
 std::string LaunchKernel::obstacleIn(llvm::Function& program) const {
