@@ -27,8 +27,9 @@ uint64_t noCallable(RayState*) {
     return 0;
 }
 
-// Compiled code calls this for each call, not at the look-up of the callable: the data set here is
-// then the callee's, whatever was looked up or called in between.
+// The code of the callable, or null. Compiled code calls this for each call, not at the look-up of
+// the callable: the data set here is then the callee's, whatever was looked up or called in
+// between.
 const void* findCallable(RayState* state, uint32_t sbtIndex, uint32_t call) {
     checkStack(state);
     const bool continuation = call & 1;

@@ -349,10 +349,13 @@ void Scene::bindInstance(const GeometryInstance& instance, size_t number) {
     bounds_.push_back(made);
 }
 
-// The line about attributes that a hit program reads and no program sets. `setter`: the
-// intersection program, or the attribute program of triangles, if they have one.
+// Reports the attributes that a hit program reads and no program sets. `setter`: the intersection
+// program, or the attribute program of triangles, if they have one.
 void Scene::remarkOnAttributes(const Program& reader, const Program* setter) {
     using compiler::optix6::DeviceVariable, compiler::optix6::VariableUse;
+    // Thousands of records have the same programs.
+    if (!remarked_.insert({reader.code.get(), setter ? setter->code.get() : nullptr}).second)
+        return;
     if (setter && setter->code->variables.callsPrograms)
         return; // which may set them
     for (const DeviceVariable& read : reader.code->variables.list) {
@@ -360,24 +363,22 @@ void Scene::remarkOnAttributes(const Program& reader, const Program* setter) {
             !context_.attributePlaces.contains({read.attribute, read.bytes}); // of triangles
         if (read.use != VariableUse::kAttribute || isBuiltIn)
             continue;
-        const std::string what = message("program \"", reader.code->name, "\" reads attribute \"",
-                                         read.attribute, "\" with ", read.bytes, " bytes, ");
-        const auto isSet = [&](const DeviceVariable& set) {
-            return set.use == VariableUse::kAttribute && set.attribute == read.attribute;
-        };
         std::string cause = "but the triangles have no attribute program";
         if (setter) {
             const auto& list = setter->code->variables.list;
-            const auto set = std::find_if(list.begin(), list.end(), isSet);
+            const auto set = std::ranges::find_if(list, [&](const DeviceVariable& variable) {
+                return variable.use == VariableUse::kAttribute &&
+                       variable.attribute == read.attribute;
+            });
             if (set != list.end() && set->bytes == read.bytes)
                 continue;
             cause = message("which program \"", setter->code->name,
                             set == list.end() ? "\" does not set"
                                               : message("\" has with ", set->bytes, " bytes"));
         }
-        const std::string line = what + cause + "; its value is undefined";
-        if (!remarks_.insert(line).second)
-            continue;
+        const std::string line =
+            message("program \"", reader.code->name, "\" reads attribute \"", read.attribute,
+                    "\" with ", read.bytes, " bytes, ", cause, "; its value is undefined");
         context_.report(kReportErrors, "SCENE", line);
         log(LogLevel::kWarning, "optix6", line);
     }

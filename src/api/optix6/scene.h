@@ -12,7 +12,7 @@
 #include "engine/launch.h"
 
 #include <set>
-#include <string>
+#include <utility>
 
 namespace sunstone::optix6 {
 
@@ -132,7 +132,8 @@ private:
     std::map<std::pair<const ProgramCode*, std::vector<Variable*>>, std::unique_ptr<Block>> blocks_;
     // Numbers of the programs of variables, by the scopes in which they search.
     std::map<std::pair<const Program*, Scopes>, int> boundCallables_;
-    std::set<std::string> remarks_; // each is logged once
+    // Pairs of programs that remarkOnAttributes has compared.
+    std::set<std::pair<const ProgramCode*, const ProgramCode*>> remarked_;
     bool bindsCycle_ = false; // a program calls itself through variables
     // Of the bound programs that are being numbered: length of the chain; numbers given before it.
     size_t boundDepth_ = 0, boundBefore_ = 0;

@@ -81,8 +81,7 @@ const engine::Wording& wording() {
         "optixTrace with an SBT offset or stride above 15: on processors that use four bits of "
         "them it finds other records",
         "a ray came to a traversable that traversableGraphFlags of the pipeline compile options "
-        "rule "
-        "out, and passed it by",
+        "rule out, and passed it by",
         "a ray came to motion keys or a motion transform, which a pipeline compiled without "
         "usesMotionBlur rules out, and passed them by",
         deepGraph,

@@ -17,7 +17,7 @@
 // The memory sealed last always waits, even one large block.
 //
 // The memory checker checks the accesses of programs itself, but not those of traversal. While it
-// is on, the limit is kCheckedBytes, and memory beyond kAllocations keeps access.
+// is on, the limit is kCheckedBytes, and only kAllocations separate ranges lose access.
 #pragma once
 
 #include "device/cpu/allocation.h"
